@@ -1,0 +1,1 @@
+//! Measured runs: reading, checking, resampling, differentiation, noise.

@@ -1,0 +1,1 @@
+//! Robots with elastic joints: the reduced (Spong) model for any mixture of rigid and elastic joints.

@@ -1,0 +1,1 @@
+//! Forward kinematics, geometric Jacobians and Cartesian compliance of robot trees.

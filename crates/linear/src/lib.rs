@@ -1,0 +1,1 @@
+//! Linearisation, modes and poles of a plant.

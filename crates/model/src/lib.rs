@@ -1,0 +1,1 @@
+//! Robot models that never change after loading: links, joints, tree, spatial algebra, kinds of number.

@@ -1,0 +1,1 @@
+//! Rigid-body dynamics of robot trees: RNEA, CRBA, ABA, energy.

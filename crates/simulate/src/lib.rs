@@ -1,0 +1,1 @@
+//! Simulation of plants: stiff integration, controllers, sensor noise, energy audit.

@@ -1,0 +1,1 @@
+//! Robots, excitations and cases shared by the integration stories and the recognition suite.
