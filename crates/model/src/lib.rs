@@ -1,1 +1,40 @@
-//! Robot models that never change after loading: links, joints, tree, spatial algebra, kinds of number.
+//! Robot models that never change after loading: links, joints, tree, spatial algebra and the kinds of number.
+//!
+//! Opens no file. [`ModelBuilder`] puts a [`Model`] together, [`Robot`] adds what a URDF cannot say (springs,
+//! rotors, effects) as plain data, and [`Scalar`] is the trait over which every law of the workspace is written
+//! once: for `f64`, for [`Lanes`] of configurations and for [`Dual`] numbers.
+//!
+//! Conventions: SI units; spatial vectors are `[angular; linear]`; poses read right to left
+//! (`world_from_tool = world_from_link * link_from_tool`); world z points up.
+#![allow(non_snake_case)]
+
+mod articulated;
+mod builder;
+mod description;
+mod dual;
+mod error;
+mod inertia;
+mod joint;
+mod lanes;
+mod matrix3;
+mod pose;
+pub mod samples;
+mod scalar;
+mod spatial;
+mod tree;
+mod vector3;
+
+pub use articulated::ArticulatedInertia;
+pub use builder::{JointShape, JointSpec, ModelBuilder};
+pub use description::{Bending, Coupling, EffectSpec, JointSettings, Place, Robot, Setting, Trust};
+pub use dual::Dual;
+pub use error::ModelError;
+pub use inertia::Inertia;
+pub use joint::{Joint, JointId, JointKind, Limits, Mimic};
+pub use lanes::Lanes;
+pub use matrix3::{Matrix3, Symmetric3};
+pub use pose::Pose;
+pub use scalar::Scalar;
+pub use spatial::{Force, Motion};
+pub use tree::{Link, LinkId, Model};
+pub use vector3::Vector3;

@@ -1,0 +1,191 @@
+//! A robot as its files describe it: the model, and as plain data what a URDF cannot say.
+
+use crate::{LinkId, Model};
+
+/// A model with its springs, rotors and effects: what `arm.urdf` and `arm.sinew.toml` say together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Robot {
+    /// The mechanism, gravity included.
+    pub model: Model,
+    /// One entry for each degree of freedom, in order.
+    pub joints: Vec<JointSettings>,
+    /// Transmissions that couple joints.
+    pub couplings: Vec<Coupling>,
+    /// Links that bend.
+    pub bending: Vec<Bending>,
+    /// Every other physical effect.
+    pub effects: Vec<EffectSpec>,
+    /// The link whose frame is the end-effector.
+    pub tool: LinkId,
+    /// How far the inertias of the URDF are trusted.
+    pub trust: Trust,
+}
+
+impl Robot {
+    /// The rigid robot that a model is without a sidecar.
+    pub fn rigid(model: Model) -> Self {
+        let joints = vec![JointSettings::default(); model.nv];
+        let tool = model.last_link();
+        Self {
+            model,
+            joints,
+            couplings: Vec::new(),
+            bending: Vec::new(),
+            effects: Vec::new(),
+            tool,
+            trust: Trust::Nominal,
+        }
+    }
+}
+
+/// How far the inertias of the URDF are trusted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Trust {
+    /// To 0.1 %.
+    Exact,
+    /// To a few per cent.
+    #[default]
+    Nominal,
+    /// Not at all: placeholders.
+    Unknown,
+}
+
+/// The transmission of one joint. Standard deviations are statements of the user or of a fit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JointSettings {
+    /// K, N·m/rad (N/m), link side; none for a rigid joint.
+    pub stiffness: Option<f64>,
+    /// D, N·m·s/rad across the spring.
+    pub damping: f64,
+    /// B, kg·m² reflected to the link side.
+    pub rotor_inertia: f64,
+    /// Motor turns per joint turn.
+    pub gear_ratio: Option<f64>,
+    /// N·m/A reflected to the link side.
+    pub torque_constant: Option<f64>,
+    /// Axis of the rotor in the frame of the link that carries it; none for the joint's own.
+    pub rotor_axis: Option<[f64; 3]>,
+    /// The link that carries the rotor; none for the parent link.
+    pub carried_by: Option<LinkId>,
+    /// Standard deviation of K.
+    pub stiffness_std: Option<f64>,
+    /// Standard deviation of D.
+    pub damping_std: Option<f64>,
+    /// Standard deviation of B.
+    pub rotor_inertia_std: Option<f64>,
+}
+
+impl Default for JointSettings {
+    fn default() -> Self {
+        Self {
+            stiffness: None,
+            damping: 0.0,
+            rotor_inertia: 0.0,
+            gear_ratio: None,
+            torque_constant: None,
+            rotor_axis: None,
+            carried_by: None,
+            stiffness_std: None,
+            damping_std: None,
+            rotor_inertia_std: None,
+        }
+    }
+}
+
+/// A transmission that couples joints: full matrices instead of scalars.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coupling {
+    /// The degrees of freedom it couples.
+    pub dofs: Vec<usize>,
+    /// K by rows, symmetric positive definite, N·m/rad.
+    pub stiffness: Vec<f64>,
+    /// D by rows, symmetric positive semidefinite, N·m·s/rad.
+    pub damping: Vec<f64>,
+}
+
+/// A link that bends or twists.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bending {
+    /// The link.
+    pub link: LinkId,
+    /// Number of lumped springs along it.
+    pub springs: usize,
+    /// Axes in the link frame: "x", "y" or "z".
+    pub axes: Vec<char>,
+    /// Length, m.
+    pub length: f64,
+    /// Flexural rigidity E I, N·m²; or else `stiffness`.
+    pub flexural_rigidity: Option<f64>,
+    /// A single base spring, N·m/rad.
+    pub stiffness: Option<f64>,
+    /// Mass per length, kg/m; zero for quasi-static springs.
+    pub mass_per_length: f64,
+    /// Damping ratio of its modes.
+    pub damping_ratio: f64,
+}
+
+/// Where an effect acts.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Place {
+    /// At a joint, by name.
+    Joint(String),
+    /// At a link, by name.
+    Link(String),
+    /// At the whole robot.
+    Robot,
+}
+
+impl core::fmt::Display for Place {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Place::Joint(name) | Place::Link(name) => f.write_str(name),
+            Place::Robot => f.write_str("robot"),
+        }
+    }
+}
+
+/// One value of an effect in a sidecar.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Setting {
+    /// One number.
+    Number(f64),
+    /// Several numbers, as of a vector.
+    Numbers(Vec<f64>),
+    /// A word: a joint, a signal, a side.
+    Word(String),
+}
+
+/// A physical effect as a sidecar states it: `[[effects]]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EffectSpec {
+    /// Its name in the catalogue.
+    pub kind: String,
+    /// Where it acts.
+    pub place: Place,
+    /// Everything else by key, `…_std` included, in the author's order.
+    pub settings: Vec<(String, Setting)>,
+}
+
+impl EffectSpec {
+    /// The effect `kind` at `place` without any value yet.
+    pub fn new(kind: &str, place: Place) -> Self {
+        Self { kind: kind.to_owned(), place, settings: Vec::new() }
+    }
+    /// The value of `key`.
+    pub fn get(&self, key: &str) -> Option<&Setting> {
+        self.settings.iter().find(|(k, _)| k == key).map(|(_, v)| v)
+    }
+    /// The number `key`, if it is one.
+    pub fn number(&self, key: &str) -> Option<f64> {
+        match self.get(key)? {
+            Setting::Number(x) => Some(*x),
+            _ => None,
+        }
+    }
+    /// The same effect with `key` set to a number.
+    pub fn with(mut self, key: &str, value: f64) -> Self {
+        self.settings.retain(|(k, _)| k != key);
+        self.settings.push((key.to_owned(), Setting::Number(value)));
+        self
+    }
+}

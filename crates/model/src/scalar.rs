@@ -1,0 +1,147 @@
+//! The kinds of number over which every algorithm and every law is written once.
+
+use core::fmt::Debug;
+use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+
+pub(crate) mod sealed {
+    /// Keeps [`super::Scalar`] closed: its kinds are part of the design, not an extension point.
+    pub trait Sealed {}
+    impl Sealed for f64 {}
+}
+
+/// A real number of one of the workspace's kinds: `f64`, [`Lanes`](crate::Lanes) or [`Dual`](crate::Dual).
+///
+/// Laws have no branch on a number: they compare with [`Scalar::lt`] and choose with [`Scalar::select`], so that
+/// the lanes of one evaluation may take different sides.
+///
+/// # Example
+/// The derivative of x² at 3 is 6, from the law alone:
+/// ```
+/// use sinew_model::{Dual, Scalar};
+/// fn square<S: Scalar>(x: S) -> S { x * x }
+/// assert_eq!(square(3.0), 9.0);
+/// assert_eq!(square(Dual::<1>::variable(3.0, 0)).derivative[0], 6.0);
+/// ```
+pub trait Scalar:
+    sealed::Sealed
+    + Copy
+    + Debug
+    + Default
+    + PartialEq
+    + Send
+    + Sync
+    + 'static
+    + Neg<Output = Self>
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Add<f64, Output = Self>
+    + Sub<f64, Output = Self>
+    + Mul<f64, Output = Self>
+    + Div<f64, Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+{
+    /// Zero.
+    const ZERO: Self;
+    /// One.
+    const ONE: Self;
+    /// The result of a comparison, one truth value for each lane.
+    type Mask: Copy;
+
+    /// The number `x`, the same in every lane and without derivatives.
+    fn constant(x: f64) -> Self;
+    /// The plain value: the number itself, the value part, or that of the first lane.
+    fn value(self) -> f64;
+    /// Sine and cosine of an angle in rad.
+    fn sin_cos(self) -> (Self, Self);
+    /// √x.
+    fn sqrt(self) -> Self;
+    /// eˣ.
+    fn exp(self) -> Self;
+    /// Hyperbolic tangent.
+    fn tanh(self) -> Self;
+    /// Natural logarithm.
+    fn ln(self) -> Self;
+    /// |x|, with derivative sgn x and 0 at 0.
+    fn abs(self) -> Self;
+    /// `self < other`.
+    fn lt(self, other: Self) -> Self::Mask;
+    /// `a` where the mask holds, else `b`.
+    fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
+
+    /// Sine of an angle in rad.
+    #[inline(always)]
+    fn sin(self) -> Self {
+        self.sin_cos().0
+    }
+    /// Cosine of an angle in rad.
+    #[inline(always)]
+    fn cos(self) -> Self {
+        self.sin_cos().1
+    }
+    /// 1/x.
+    #[inline(always)]
+    fn recip(self) -> Self {
+        Self::ONE / self
+    }
+    /// The larger of the two.
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self::select(self.lt(other), other, self)
+    }
+    /// The smaller of the two.
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self::select(self.lt(other), self, other)
+    }
+}
+
+impl Scalar for f64 {
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+    type Mask = bool;
+
+    #[inline(always)]
+    fn constant(x: f64) -> Self {
+        x
+    }
+    #[inline(always)]
+    fn value(self) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        f64::sin_cos(self)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        f64::exp(self)
+    }
+    #[inline(always)]
+    fn tanh(self) -> Self {
+        f64::tanh(self)
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        f64::ln(self)
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> bool {
+        self < other
+    }
+    #[inline(always)]
+    fn select(mask: bool, a: Self, b: Self) -> Self {
+        if mask { a } else { b }
+    }
+}
