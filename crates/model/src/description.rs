@@ -36,6 +36,32 @@ impl Robot {
             trust: Trust::Nominal,
         }
     }
+
+    /// Every effect of the robot: rotors and springs of `[joints.…]` first, then `[[effects]]`.
+    pub fn all_effects(&self) -> Vec<EffectSpec> {
+        let settings = self.joints.iter().enumerate();
+        let of_joints = settings.flat_map(|(dof, j)| j.effects(self.model.dof_name(dof)));
+        of_joints.chain(self.effects.iter().cloned()).collect()
+    }
+}
+
+impl JointSettings {
+    /// The spring and the rotor as effects, in the words of the catalogue.
+    fn effects(&self, joint: &str) -> Vec<EffectSpec> {
+        let place = || Place::Joint(joint.to_owned());
+        let mut effects = Vec::new();
+        if self.rotor_inertia != 0.0 {
+            let rotor = EffectSpec::new("rotor_inertia", place()).with("inertia", self.rotor_inertia);
+            effects.push(rotor.with_optional("inertia_std", self.rotor_inertia_std));
+        }
+        if let Some(stiffness) = self.stiffness {
+            let spring = EffectSpec::new("joint_elasticity", place()).with("stiffness", stiffness);
+            let spring =
+                spring.with("damping", self.damping).with_optional("stiffness_std", self.stiffness_std);
+            effects.push(spring.with_optional("damping_std", self.damping_std));
+        }
+        effects
+    }
 }
 
 /// How far the inertias of the URDF are trusted.
@@ -180,6 +206,12 @@ impl EffectSpec {
         match self.get(key)? {
             Setting::Number(x) => Some(*x),
             _ => None,
+        }
+    }
+    fn with_optional(self, key: &str, value: Option<f64>) -> Self {
+        match value {
+            Some(value) => self.with(key, value),
+            None => self,
         }
     }
     /// The same effect with `key` set to a number.

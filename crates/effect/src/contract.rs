@@ -1,0 +1,1 @@
+//! The contract that every effect keeps, as one check for all of them.
