@@ -83,16 +83,7 @@ pub struct Parameter {
     pub symbol: &'static str,
     /// SI unit for a turning joint.
     pub unit: &'static str,
-    /// How files write a parameter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Written {
-    /// As it is.
-    Plain,
-    /// As its reciprocal, absent for zero: a compliance as a stiffness.
-    Reciprocal,
-}
-
-/// Strength or shape.
+    /// Strength or shape.
     pub role: Role,
     /// Smallest and largest value that makes sense.
     pub range: (f64, f64),
@@ -106,12 +97,30 @@ impl Parameter {
     /// A strength that may take either sign.
     pub const fn signed(key: &'static str, symbol: &'static str, unit: &'static str, prior: Prior) -> Self {
         let range = (f64::NEG_INFINITY, f64::INFINITY);
-        Self { key, component: None, symbol, unit, role: Role::Strength, range, prior, written: Written::Plain }
+        Self {
+            key,
+            component: None,
+            symbol,
+            unit,
+            role: Role::Strength,
+            range,
+            prior,
+            written: Written::Plain,
+        }
     }
     /// A strength that cannot be negative.
     pub const fn positive(key: &'static str, symbol: &'static str, unit: &'static str, prior: Prior) -> Self {
         let range = (0.0, f64::INFINITY);
-        Self { key, component: None, symbol, unit, role: Role::Strength, range, prior, written: Written::Plain }
+        Self {
+            key,
+            component: None,
+            symbol,
+            unit,
+            role: Role::Strength,
+            range,
+            prior,
+            written: Written::Plain,
+        }
     }
     /// A shape: start values to try, and the range in which it stays.
     pub const fn shape(
@@ -122,12 +131,30 @@ impl Parameter {
         range: (f64, f64),
         prior: Prior,
     ) -> Self {
-        Self { key, component: None, symbol, unit, role: Role::Shape { grid }, range, prior, written: Written::Plain }
+        Self {
+            key,
+            component: None,
+            symbol,
+            unit,
+            role: Role::Shape { grid },
+            range,
+            prior,
+            written: Written::Plain,
+        }
     }
     /// A number taken from the file (zero without one) and never fitted.
     pub const fn stated(key: &'static str, symbol: &'static str, unit: &'static str) -> Self {
         let range = (f64::NEG_INFINITY, f64::INFINITY);
-        Self { key, component: None, symbol, unit, role: Role::Stated, range, prior: Prior::Free, written: Written::Plain }
+        Self {
+            key,
+            component: None,
+            symbol,
+            unit,
+            role: Role::Stated,
+            range,
+            prior: Prior::Free,
+            written: Written::Plain,
+        }
     }
     /// The same parameter, written as its reciprocal in files: 1/K inside, K outside.
     pub const fn reciprocal(mut self) -> Self {
