@@ -41,6 +41,8 @@ pub enum Act {
     LinkForce,
     /// The forces on the motor side.
     MotorForce,
+    /// The forces on the motor side, which depend on the torque that the gear hands on.
+    LoadedMotorForce,
     /// Own states.
     State,
     /// The path from logged to acting torque.
