@@ -1,0 +1,256 @@
+//! A plant with one set of parameters, in one kind of number, ready to be evaluated along a run.
+
+use sinew_effect::{Act, Actuation, At, Call, Coefficients, Deflection, Kind, Reading, Relaxation, Sensor};
+use sinew_model::Scalar;
+use sinew_rigid::{Bodies, Scratch};
+
+use crate::Plant;
+
+/// The positions and velocities on both sides of the gears, by degree of freedom, and the effects' own states.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinkState<S> {
+    /// Link-side position.
+    pub q: Vec<S>,
+    /// Link-side velocity.
+    pub qd: Vec<S>,
+    /// Motor-side position, reflected.
+    pub theta: Vec<S>,
+    /// Motor-side velocity, reflected.
+    pub thetad: Vec<S>,
+    /// Own states of the effects, stacked.
+    pub z: Vec<S>,
+}
+
+impl<S: Scalar> LinkState<S> {
+    /// At rest at zero.
+    pub fn zero(plant: &Plant) -> Self {
+        let zeros = vec![S::ZERO; plant.model().nv];
+        Self {
+            q: zeros.clone(),
+            qd: zeros.clone(),
+            theta: zeros.clone(),
+            thetad: zeros,
+            z: vec![S::ZERO; plant.state_len()],
+        }
+    }
+}
+
+/// A plant with one set of parameters. Buffers are its own, so evaluations do not allocate.
+#[derive(Debug)]
+pub struct Dynamics<'a, S> {
+    pub(crate) plant: &'a Plant,
+    pub(crate) p: Vec<S>,
+    pub(crate) coefficients: Coefficients<S>,
+    pub(crate) stiffness: Vec<S>,
+    pub(crate) armature: Vec<S>,
+    pub(crate) scratch: Scratch<S>,
+    pub(crate) deflection: Vec<S>,
+    pub(crate) deflection_rate: Vec<S>,
+    pub(crate) tau_j: Vec<S>,
+    pub(crate) link_force: Vec<S>,
+    pub(crate) motor_force: Vec<S>,
+    pub(crate) tau: Vec<S>,
+    pub(crate) qdd: Vec<S>,
+    gears: Vec<Deflection<S>>,
+    acting: Acting,
+}
+
+#[derive(Debug)]
+struct Acting {
+    deflection: Vec<usize>,
+    spring: Vec<usize>,
+    link: Vec<usize>,
+    motor: Vec<usize>,
+    state: Vec<usize>,
+    actuation: Vec<usize>,
+    reading: Vec<usize>,
+    loaded: bool,
+}
+
+// Damping left in the gap of a backlash, as a share of D.
+const GAP_DAMPING: f64 = 0.02;
+
+impl<'a, S: Kind> Dynamics<'a, S> {
+    /// The plant at parameters `p`, in the order of [`Plant::parameters`].
+    ///
+    /// # Panics
+    /// If `p` has the wrong length.
+    pub fn new(plant: &'a Plant, p: &[S]) -> Self {
+        let expected = plant.ranges.last().map_or(0, |r| r.end);
+        assert_eq!(p.len(), expected, "p: the plant has {expected} parameters");
+        let mut coefficients = Coefficients::of(&plant.model);
+        for k in plant.acting(Act::Coefficients) {
+            S::call(plant.effect(k), &p[plant.range(k)], Call::Coefficients(&mut coefficients));
+        }
+        let zeros = vec![S::ZERO; plant.model.nv];
+        let mut motor = plant.acting(Act::MotorForce);
+        let loaded = plant.acting(Act::LoadedMotorForce);
+        motor.extend(&loaded);
+        Self {
+            plant,
+            p: p.to_vec(),
+            stiffness: coefficients.compliance.iter().map(|&c| stiffness(c)).collect(),
+            armature: zeros.clone(),
+            coefficients,
+            scratch: Scratch::new(&plant.model),
+            deflection: zeros.clone(),
+            deflection_rate: zeros.clone(),
+            tau_j: zeros.clone(),
+            link_force: zeros.clone(),
+            motor_force: zeros.clone(),
+            tau: zeros.clone(),
+            qdd: zeros,
+            gears: vec![Deflection::default(); plant.model.nv],
+            acting: Acting {
+                deflection: plant.acting(Act::Deflection),
+                spring: plant.acting(Act::SpringTorque),
+                link: plant.acting(Act::LinkForce),
+                motor,
+                state: plant.acting(Act::State),
+                actuation: plant.acting(Act::Actuation),
+                reading: plant.acting(Act::Reading),
+                loaded: !loaded.is_empty(),
+            },
+        }
+    }
+
+    /// The constants of the robot at these parameters.
+    pub fn coefficients(&self) -> &Coefficients<S> {
+        &self.coefficients
+    }
+    /// The plant.
+    pub fn plant(&self) -> &'a Plant {
+        self.plant
+    }
+    /// True if some motor force depends on the load.
+    pub(crate) fn loaded(&self) -> bool {
+        self.acting.loaded
+    }
+
+    pub(crate) fn bodies<'b>(
+        plant: &'b Plant,
+        coefficients: &'b Coefficients<S>,
+        armature: &'b [S],
+    ) -> Bodies<'b, S> {
+        Bodies { model: &plant.model, inertia: &coefficients.inertia, gravity: coefficients.gravity, armature }
+    }
+
+    // δ = dz(θ + shift − q),   δ̇ = θ̇ − q̇,   τ_j = K δ + D δ̇ + Σ effects;   only where `elastic`
+    pub(crate) fn springs(&mut self, x: &LinkState<S>, elastic: impl Fn(usize) -> bool) {
+        self.deflection.fill(S::ZERO);
+        self.deflection_rate.fill(S::ZERO);
+        self.gears.fill(Deflection::default());
+        self.tau_j.fill(S::ZERO);
+        let nv = self.plant.model.nv;
+        let mut gears = core::mem::take(&mut self.gears);
+        self.each(x, Group::Deflection, |effect, p, at| S::call(effect, p, Call::Deflection(at, &mut gears)));
+        for i in (0..nv).filter(|&i| elastic(i)) {
+            let raw = x.theta[i] + gears[i].shift - x.q[i];
+            let gap = gears[i].half_gap;
+            let size = raw.abs();
+            let inside = size.lt(gap);
+            let beyond = raw - S::select(raw.lt(S::ZERO), -gap, gap);
+            self.deflection[i] = S::select(inside, S::ZERO, beyond);
+            self.deflection_rate[i] = x.thetad[i] - x.qd[i];
+            if !self.plant.coupled[i] {
+                let d = self.coefficients.damping[i];
+                let d = S::select(inside, d * GAP_DAMPING, d);
+                self.tau_j[i] = self.stiffness[i] * self.deflection[i] + d * self.deflection_rate[i];
+            }
+        }
+        self.gears = gears;
+        for coupling in &self.plant.couplings {
+            let n = coupling.dofs.len();
+            for (r, &i) in coupling.dofs.iter().enumerate() {
+                for (c, &j) in coupling.dofs.iter().enumerate() {
+                    self.tau_j[i] += self.deflection[j] * coupling.stiffness[r * n + c]
+                        + self.deflection_rate[j] * coupling.damping[r * n + c];
+                }
+            }
+        }
+        let mut tau_j = core::mem::take(&mut self.tau_j);
+        self.each(x, Group::Spring, |effect, p, at| S::call(effect, p, Call::SpringTorque(at, &mut tau_j)));
+        self.tau_j = tau_j;
+    }
+
+    pub(crate) fn link_forces(&mut self, x: &LinkState<S>) {
+        let mut force = core::mem::take(&mut self.link_force);
+        force.fill(S::ZERO);
+        self.each(x, Group::Link, |effect, p, at| S::call(effect, p, Call::LinkForce(at, &mut force)));
+        self.link_force = force;
+    }
+
+    // Needs τ_j.
+    pub(crate) fn motor_forces(&mut self, x: &LinkState<S>) {
+        let mut force = core::mem::take(&mut self.motor_force);
+        force.fill(S::ZERO);
+        self.each(x, Group::Motor, |effect, p, at| S::call(effect, p, Call::MotorForce(at, &mut force)));
+        self.motor_force = force;
+    }
+
+    /// Where the own states go and how fast, at the state last evaluated.
+    pub fn relaxations(&mut self, x: &LinkState<S>, out: &mut [Relaxation<S>]) {
+        let plant = self.plant;
+        for &k in &self.acting.state {
+            let at = self.at(x, k);
+            let call = Call::Relaxation(&at, &mut out[plant.states[k].clone()]);
+            S::call(plant.effect(k), &self.p[plant.range(k)], call);
+        }
+    }
+
+    /// The path from logged to acting motor torque at the motor motion of `x`.
+    pub fn actuation(&mut self, x: &LinkState<S>, out: &mut [Actuation<S>]) {
+        out.fill(Actuation::default());
+        self.each(x, Group::Actuation, |effect, p, at| S::call(effect, p, Call::Actuation(at, out)));
+    }
+
+    /// The errors of one sensor in every joint.
+    pub fn reading(&self, sensor: Sensor) -> Vec<Reading<S>> {
+        let mut out = vec![Reading::default(); self.plant.model.nv];
+        for &k in &self.acting.reading {
+            S::call(self.plant.effect(k), &self.p[self.plant.range(k)], Call::Reading(sensor, &mut out));
+        }
+        out
+    }
+
+    pub(crate) fn at<'s>(&'s self, x: &'s LinkState<S>, effect: usize) -> At<'s, S> {
+        At {
+            q: &x.q,
+            qd: &x.qd,
+            theta: &x.theta,
+            thetad: &x.thetad,
+            deflection: &self.deflection,
+            deflection_rate: &self.deflection_rate,
+            tau_j: &self.tau_j,
+            z: &x.z[self.plant.states[effect].clone()],
+            coefficients: &self.coefficients,
+        }
+    }
+
+    fn each(&self, x: &LinkState<S>, group: Group, mut ask: impl FnMut(&dyn sinew_effect::Effect, &[S], &At<S>)) {
+        let list = match group {
+            Group::Deflection => &self.acting.deflection,
+            Group::Spring => &self.acting.spring,
+            Group::Link => &self.acting.link,
+            Group::Motor => &self.acting.motor,
+            Group::Actuation => &self.acting.actuation,
+        };
+        for &k in list {
+            ask(self.plant.effect(k), &self.p[self.plant.range(k)], &self.at(x, k));
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Group {
+    Deflection,
+    Spring,
+    Link,
+    Motor,
+    Actuation,
+}
+
+// 1/c; a rigid joint (c = 0) has no spring torque of its own.
+fn stiffness<S: Scalar>(compliance: S) -> S {
+    if compliance.value() == 0.0 { S::ZERO } else { compliance.recip() }
+}

@@ -1,0 +1,145 @@
+//! The plant driven by its motors: ẋ = f(x, τ_m).
+
+use sinew_effect::{Act, Call, Kind, Relaxation};
+use sinew_rigid::{forward_dynamics_with, kinetic_energy_with, potential_energy_with};
+
+use crate::{Dynamics, LinkState, Plant, PlantError};
+
+/// The state of a driven plant; in rigid joints the motor's part repeats the link's.
+pub type State<S> = LinkState<S>;
+
+/// The rate of a state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rates<S> {
+    /// q̈.
+    pub qdd: Vec<S>,
+    /// θ̈; equals q̈ in rigid joints.
+    pub thetadd: Vec<S>,
+    /// ż of the effects' own states.
+    pub zd: Vec<S>,
+    /// Torque that the gears hand to the links, N·m.
+    pub tau_j: Vec<S>,
+    relaxation: Vec<Relaxation<S>>,
+}
+
+impl<S: Kind> Rates<S> {
+    /// Room for the rates of `plant`.
+    pub fn new(plant: &Plant) -> Self {
+        let zeros = vec![S::ZERO; plant.model().nv];
+        Self {
+            qdd: zeros.clone(),
+            thetadd: zeros.clone(),
+            zd: vec![S::ZERO; plant.state_len()],
+            tau_j: zeros,
+            relaxation: vec![Relaxation::default(); plant.state_len()],
+        }
+    }
+}
+
+// Rounds of the fixed point between load-dependent friction and the load of rigid joints; each shrinks the error by
+// the load coefficient, a few per cent.
+const LOAD_ROUNDS: usize = 4;
+
+impl<S: Kind> Dynamics<'_, S> {
+    /// Accelerations under the acting motor torque `tau_m` (gain, lag and delay of the drives already applied).
+    ///
+    /// ```text
+    /// M q̈ + C q̇ + g = τ_j + f_link,   B θ̈ = τ_m − τ_j + f_motor        elastic joints
+    /// (M + B) q̈ + C q̇ + g = τ_m + f_motor + f_link                     rigid joints
+    /// ```
+    pub fn forward(&mut self, x: &State<S>, tau_m: &[S], out: &mut Rates<S>) {
+        let plant = self.plant;
+        let nv = plant.model.nv;
+        self.springs(x, |i| plant.elastic[i]);
+        self.link_forces(x);
+        let all_elastic = plant.elastic.iter().all(|&e| e);
+        let rounds = if self.loaded() && !all_elastic { LOAD_ROUNDS } else { 1 };
+        for i in (0..nv).filter(|&i| !plant.elastic[i]) {
+            self.tau_j[i] = tau_m[i];
+        }
+        for _ in 0..rounds {
+            self.motor_forces(x);
+            for i in 0..nv {
+                let elastic = plant.elastic[i];
+                let drive = if elastic { self.tau_j[i] } else { tau_m[i] + self.motor_force[i] };
+                self.armature[i] = if elastic { S::ZERO } else { self.coefficients.rotor[i] };
+                self.tau[i] = drive + self.link_force[i];
+            }
+            let bodies = Self::bodies(plant, &self.coefficients, &self.armature);
+            forward_dynamics_with(&bodies, &mut self.scratch, &x.q, &x.qd, &self.tau, &mut self.qdd);
+            for i in (0..nv).filter(|&i| !plant.elastic[i]) {
+                self.tau_j[i] = tau_m[i] + self.motor_force[i] - self.coefficients.rotor[i] * self.qdd[i];
+            }
+        }
+        for i in 0..nv {
+            let motor = tau_m[i] - self.tau_j[i] + self.motor_force[i];
+            out.thetadd[i] =
+                if plant.elastic[i] { motor / self.coefficients.rotor[i] } else { self.qdd[i] };
+        }
+        out.qdd.copy_from_slice(&self.qdd);
+        out.tau_j.copy_from_slice(&self.tau_j);
+        self.relaxations(x, &mut out.relaxation);
+        for (k, r) in out.relaxation.iter().enumerate() {
+            out.zd[k] = r.rate * (r.target - x.z[k]);
+        }
+    }
+
+    /// Total energy, J: kinetic of links and rotors, gravity, springs, and what the effects store.
+    ///
+    /// ```text
+    /// H = ½ q̇ᵀM q̇ + ½ θ̇ᵀB θ̇ + V(q) + ½ δᵀK δ + Σ effects
+    /// ```
+    pub fn energy(&mut self, x: &State<S>) -> S {
+        let plant = self.plant;
+        self.springs(x, |i| plant.elastic[i]);
+        self.armature.fill(S::ZERO);
+        let bodies = Self::bodies(plant, &self.coefficients, &self.armature);
+        let mut sum = kinetic_energy_with(&bodies, &mut self.scratch, &x.q, &x.qd)
+            + potential_energy_with(&bodies, &mut self.scratch, &x.q);
+        for i in 0..plant.model.nv {
+            sum += self.coefficients.rotor[i] * x.thetad[i] * x.thetad[i] * 0.5;
+            if !plant.coupled[i] {
+                sum += self.stiffness[i] * self.deflection[i] * self.deflection[i] * 0.5;
+            }
+        }
+        for coupling in &plant.couplings {
+            let n = coupling.dofs.len();
+            for (r, &i) in coupling.dofs.iter().enumerate() {
+                for (c, &j) in coupling.dofs.iter().enumerate() {
+                    sum += self.deflection[i] * self.deflection[j] * (0.5 * coupling.stiffness[r * n + c]);
+                }
+            }
+        }
+        for k in 0..plant.effects.len() {
+            let at = self.at(x, k);
+            S::call(plant.effect(k), &self.p[plant.range(k)], Call::Energy(&at, &mut sum));
+        }
+        sum
+    }
+}
+
+impl Plant {
+    /// Refuses plants that a motor torque cannot drive: an elastic joint without rotor inertia.
+    ///
+    /// # Errors
+    /// Names the first joint whose motor has no inertia.
+    pub fn check_driven(&self) -> Result<(), PlantError> {
+        let dynamics = Dynamics::new(self, &self.parameters());
+        for dof in (0..self.model.nv).filter(|&i| self.elastic[i]) {
+            if dynamics.coefficients().rotor[dof] <= 0.0 {
+                let joint = self.model.dof_name(dof);
+                return Err(PlantError::Unsupported {
+                    robot: self.model.name.clone(),
+                    what: format!("the elastic joint \"{joint}\" has a motor without inertia"),
+                    help: format!("state `rotor_inertia` in [joints.{joint}]"),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// True if some effect keeps states of its own.
+    pub fn has_states(&self) -> bool {
+        !self.acting(Act::State).is_empty()
+    }
+}
