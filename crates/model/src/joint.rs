@@ -1,6 +1,6 @@
 //! Joints: how one body moves against another.
 
-use crate::{Inertia, Matrix3, Motion, Pose, Scalar, Vector3};
+use crate::{Force, Inertia, Matrix3, Motion, Pose, Scalar, Vector3};
 
 /// The place of a joint, and of the body it moves, in [`Model::joints`](crate::Model::joints).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -31,6 +31,28 @@ impl JointKind {
     /// Numbers in a velocity: the degrees of freedom.
     pub fn nv(self) -> usize {
         if self == JointKind::Floating { 6 } else { 1 }
+    }
+    /// The motion `S_k x` of the child that the rate `x` of axis `k` gives, in the child frame.
+    #[inline(always)]
+    pub fn motion<S: Scalar>(self, k: usize, rate: S) -> Motion<S> {
+        match self {
+            JointKind::Revolute { axis } => Motion::new(Vector3::on_axis(axis, rate), Vector3::ZERO),
+            JointKind::Prismatic { axis } => Motion::new(Vector3::ZERO, Vector3::on_axis(axis, rate)),
+            JointKind::Floating => {
+                let mut m = [S::ZERO; 6];
+                m[k] = rate;
+                Motion::new([m[0], m[1], m[2]].into(), [m[3], m[4], m[5]].into())
+            }
+        }
+    }
+    /// The component `S_k · f` of a force in the child frame along axis `k`: the torque of that axis.
+    #[inline(always)]
+    pub fn along<S: Scalar>(self, k: usize, f: Force<S>) -> S {
+        match self {
+            JointKind::Revolute { axis } => f.angular.along(axis),
+            JointKind::Prismatic { axis } => f.linear.along(axis),
+            JointKind::Floating => f.to_array()[k],
+        }
     }
     /// True for a sliding joint, whose coordinate is in m and whose torque is in N.
     pub fn slides(self) -> bool {

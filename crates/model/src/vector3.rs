@@ -39,6 +39,16 @@ impl<S: Scalar> Vector3<S> {
     pub fn cross(self, o: Self) -> Self {
         Self::new(self.y * o.z - self.z * o.y, self.z * o.x - self.x * o.z, self.x * o.y - self.y * o.x)
     }
+    /// The component along a constant axis.
+    #[inline(always)]
+    pub fn along(self, axis: Vector3<f64>) -> S {
+        self.x * axis.x + self.y * axis.y + self.z * axis.z
+    }
+    /// A constant axis times `k`.
+    #[inline(always)]
+    pub fn on_axis(axis: Vector3<f64>, k: S) -> Self {
+        Self::new(k * axis.x, k * axis.y, k * axis.z)
+    }
     /// |a|.
     #[inline(always)]
     pub fn norm(self) -> S {
