@@ -1,0 +1,247 @@
+//! Why a run, a window or a columns map was refused.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+/// Everything that can be wrong with measured data and its files.
+///
+/// Messages read *where*: *what* (*got*, *allowed*), then a `help:` line with the way out.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum DataError {
+    /// The file does not exist.
+    #[error("{}: no such file\n  help: check the path; a run is a .csv or .csv.gz file", path.display())]
+    Missing {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file exists but cannot be read.
+    #[error("{}: cannot be read ({source})\n  help: check that it is a file and that you may read it", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The file cannot be written.
+    #[error("{}: cannot be written ({source})\n  help: check the folder, its permissions and the space left", path.display())]
+    Unwritable {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The name ends in `.gz`, the content is not gzip or is cut short.
+    #[error(
+        "{file}: not a whole gzip file ({what})\n  help: rename it to .csv if it is plain text, else make it again with gzip"
+    )]
+    NotGzip {
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// The text is not UTF-8.
+    #[error("{file}:{line}: not UTF-8 text\n  help: save the file as CSV in UTF-8")]
+    NotText {
+        /// The file.
+        file: String,
+        /// Line of the first wrong byte.
+        line: usize,
+    },
+    /// The file has no byte in it.
+    #[error("{file}: the file is empty\n  help: a run needs a header line and at least two samples")]
+    Empty {
+        /// The file.
+        file: String,
+    },
+    /// There are too few samples to be a run.
+    #[error(
+        "{place}: too few samples (got {got}, at least 2)\n  help: a run needs a header line and at least two samples"
+    )]
+    TooShort {
+        /// File, or run.
+        place: String,
+        /// Number of samples.
+        got: usize,
+    },
+    /// The header names nothing that Sinew knows and no columns map was given.
+    #[error(
+        "{file}:1: no column has a name that is known here (got {found})\n  help: say which column is what with --columns map.toml, for example\n    time = {{ column = \"{example_time}\" }}\n    \"joint_position.JOINT\" = {{ column = \"{example_column}\", scale = 1.0 }}"
+    )]
+    NoKnownColumn {
+        /// The file.
+        file: String,
+        /// The headers found.
+        found: String,
+        /// A header to show in the example as time.
+        example_time: String,
+        /// A header to show in the example as joint position.
+        example_column: String,
+    },
+    /// There is no time column.
+    #[error(
+        "{file}: no time stamps (got {found}); without them velocity and acceleration cannot be computed\n  help: log the time of each sample in a column `time` in s, or name the column: time = {{ column = \"…\" }}"
+    )]
+    NoTime {
+        /// The file.
+        file: String,
+        /// The headers found.
+        found: String,
+    },
+    /// The columns map names a column that the file does not have.
+    #[error(
+        "{file}:1: no column \"{column}\", which the columns map gives to {name} (got {found})\n  help: {help}"
+    )]
+    MissingColumn {
+        /// The file.
+        file: String,
+        /// The column asked for.
+        column: String,
+        /// The signal it was asked for.
+        name: String,
+        /// The headers found.
+        found: String,
+        /// Nearest spelling.
+        help: String,
+    },
+    /// Two columns have the same name.
+    #[error("{file}:1: two columns are called \"{column}\"\n  help: rename one of them")]
+    DuplicateColumn {
+        /// The file.
+        file: String,
+        /// Their name.
+        column: String,
+    },
+    /// A field is not a number.
+    #[error("{place}: column \"{column}\" is not a number (got {got:?})\n  help: {help}")]
+    NotNumber {
+        /// File and line.
+        place: String,
+        /// The column.
+        column: String,
+        /// The text of the field.
+        got: String,
+        /// The way out.
+        help: String,
+    },
+    /// A value is NaN or infinite.
+    #[error(
+        "{place}: column \"{column}\" is not finite (got {got})\n  help: drop the row, or use a window of the run without it: FILE@FROM..TO"
+    )]
+    NotFinite {
+        /// File and line.
+        place: String,
+        /// The column.
+        column: String,
+        /// The value.
+        got: f64,
+    },
+    /// A time stamp is earlier than the one before it.
+    #[error(
+        "{place}: time runs backwards (got {got} s after {previous} s)\n  help: a reset of the clock starts a new run: cut the file there; sort the rows if they were shuffled"
+    )]
+    TimeBackwards {
+        /// File and line.
+        place: String,
+        /// The stamp.
+        got: f64,
+        /// The stamp before it.
+        previous: f64,
+    },
+    /// A time stamp repeats the one before it.
+    #[error(
+        "{place}: time stamp {got} s is the same as the one before it\n  help: drop the duplicated row, or log the time with more digits"
+    )]
+    TimeRepeats {
+        /// File and line.
+        place: String,
+        /// The stamp.
+        got: f64,
+    },
+    /// A row has more or fewer fields than the header.
+    #[error(
+        "{place}: wrong number of fields (got {got}, the header has {expected})\n  help: complete or drop the row; a log that was cut off ends like this"
+    )]
+    FieldCount {
+        /// File and line.
+        place: String,
+        /// Fields in the row.
+        got: usize,
+        /// Fields in the header.
+        expected: usize,
+    },
+    /// A quotation or another part of the CSV cannot be understood.
+    #[error("{file}: not a table of comma-separated values\n  help: check the quotation marks")]
+    BadCsv {
+        /// The file.
+        file: String,
+        /// What the reader said.
+        source: csv::Error,
+    },
+    /// A signal has not one value for each time stamp.
+    #[error(
+        "{run}: {signal} has {got} values, time has {expected}\n  help: give one value for each time stamp"
+    )]
+    Length {
+        /// The run.
+        run: String,
+        /// The signal.
+        signal: String,
+        /// Its number of values.
+        got: usize,
+        /// The number of time stamps.
+        expected: usize,
+    },
+    /// A name of a signal or quantity is wrong.
+    #[error("{name}: {what}\n  help: {help}")]
+    BadName {
+        /// The name as given.
+        name: String,
+        /// What is wrong with it.
+        what: String,
+        /// The way out.
+        help: String,
+    },
+    /// A columns map or a `.run.toml` is wrong.
+    #[error("{file}:{line}:{column}: {what}\n  help: {help}")]
+    BadToml {
+        /// The file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1, in characters.
+        column: usize,
+        /// What is wrong.
+        what: String,
+        /// The way out.
+        help: String,
+    },
+    /// A window holds fewer than two samples.
+    #[error(
+        "{run}: window {from}..{to} s holds {got} samples (at least 2; the run lasts {duration} s)\n  help: FROM and TO are seconds after the first time stamp"
+    )]
+    Window {
+        /// The run.
+        run: String,
+        /// Begin of the window, s.
+        from: f64,
+        /// End of the window, s.
+        to: f64,
+        /// Samples inside.
+        got: usize,
+        /// Duration of the run, s.
+        duration: f64,
+    },
+    /// `FILE@FROM..TO` cannot be read.
+    #[error(
+        "{text}: {what}\n  help: write FILE, FILE@FROM..TO, FILE@FROM.. or FILE@..TO, in seconds after the first time stamp"
+    )]
+    BadSpec {
+        /// The text as given.
+        text: String,
+        /// What is wrong with it.
+        what: String,
+    },
+}

@@ -1,0 +1,290 @@
+//! Reading a run from CSV.
+
+use std::path::Path;
+
+use crate::column_map::{Column, ColumnMap};
+use crate::error::DataError;
+use crate::file::{file_name, read_text};
+use crate::note::{Note, Severity};
+use crate::quantity::SignalName;
+use crate::run::{Origin, Run, Signal};
+use crate::sensor_facts::SensorFacts;
+use crate::spelling::nearest;
+
+/// Reads a run from a `.csv` or `.csv.gz` file.
+///
+/// Without a columns map the header must use the names `time` and `QUANTITY.PLACE`; columns of the map come
+/// before columns of the same name in the file. Fields are separated by commas, semicolons or tabs. If
+/// `FILE.run.toml` stands beside `FILE.csv`, noise and resolution of the sensors are taken from it.
+///
+/// # Errors
+/// Everything that would have to be guessed or mended is refused with file, line and column: no time stamps,
+/// time that does not increase, a field that is not a finite number, a row of another length, and so on.
+///
+/// # Example
+/// ```
+/// # let folder = std::env::temp_dir().join(format!("sinew-data-read-run-{}", std::process::id()));
+/// # std::fs::create_dir_all(&folder).unwrap();
+/// let path = folder.join("log.csv");
+/// std::fs::write(&path, "time,joint_position.elbow\n0.0,0.5\n0.01,0.6\n").unwrap();
+/// let run = sinew_data::read_run(&path, None).unwrap();
+/// assert_eq!(run.name, "log");
+/// assert_eq!(run.signals[0].values, [0.5, 0.6]);
+/// # std::fs::remove_dir_all(&folder).unwrap();
+/// ```
+pub fn read_run(path: &Path, columns: Option<&ColumnMap>) -> Result<Run, DataError> {
+    let file = file_name(path);
+    let text = read_text(path)?;
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    if text.trim().is_empty() {
+        return Err(DataError::Empty { file });
+    }
+    let mut reader = csv::ReaderBuilder::new()
+        .delimiter(delimiter(text))
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes());
+    let headers = match reader.headers() {
+        Ok(headers) => headers.clone(),
+        Err(source) => return Err(DataError::BadCsv { file, source }),
+    };
+    let layout = Layout::new(&file, &headers, columns)?;
+    let mut run = layout.read(file, text, &headers, &mut reader)?;
+    let header_of = |name: &SignalName| {
+        let place = layout.signals.iter().find(|s| s.0 == *name);
+        place.map_or_else(|| name.to_string(), |s| headers[s.1.index].to_string())
+    };
+    run.validate(header_of, &headers[layout.time.index])?;
+    state_sensors(&mut run, path, columns)?;
+    Ok(run)
+}
+
+/// Writes noise and resolution into the signals; `FILE.run.toml` wins over the columns map.
+fn state_sensors(run: &mut Run, path: &Path, columns: Option<&ColumnMap>) -> Result<(), DataError> {
+    let beside = path.with_file_name(format!("{}.run.toml", run.name));
+    let own = match beside.is_file() {
+        true => SensorFacts::parse(&read_text(&beside)?, &file_name(&beside))?,
+        false => SensorFacts::default(),
+    };
+    for signal in &mut run.signals {
+        own.apply(signal);
+        if let Some(map) = columns {
+            map.sensors.apply(signal);
+        }
+    }
+    Ok(())
+}
+
+/// Which field of a row is which signal.
+struct Layout {
+    time: Field,
+    signals: Vec<(SignalName, Field)>,
+    notes: Vec<Note>,
+}
+
+/// Counts lines up to a row, over blank lines and both kinds of line end.
+struct LineCursor<'a> {
+    text: &'a [u8],
+    byte: usize,
+    line: u64,
+}
+
+struct Field {
+    index: usize,
+    scale: f64,
+    offset: f64,
+}
+
+impl Layout {
+    fn new(
+        file: &str,
+        headers: &csv::StringRecord,
+        columns: Option<&ColumnMap>,
+    ) -> Result<Layout, DataError> {
+        let found = found(headers);
+        let mut time = headers.iter().position(|h| h == "time").map(Field::plain);
+        let mut signals = Vec::new();
+        if let Some(map) = columns {
+            if let Some(column) = &map.time {
+                time = Some(Field::mapped(file, headers, "time", column)?);
+            }
+            for (name, column) in &map.signals {
+                signals.push((name.clone(), Field::mapped(file, headers, &name.to_string(), column)?));
+            }
+        }
+        let mut unknown = Vec::new();
+        for (field, header) in headers.iter().enumerate() {
+            match header.parse::<SignalName>() {
+                Ok(name) if columns.is_some_and(|map| map.signals.contains_key(&name)) => {}
+                Ok(name) if signals.iter().any(|s| s.0 == name) => {
+                    return Err(DataError::DuplicateColumn { file: file.into(), column: header.into() });
+                }
+                Ok(name) => signals.push((name, Field::plain(field))),
+                Err(error) if header != "time" => unknown.push((header, error)),
+                Err(_) => {}
+            }
+        }
+        if signals.is_empty() {
+            return Err(DataError::NoKnownColumn {
+                file: file.into(),
+                found,
+                example_time: headers.get(0).unwrap_or("t").into(),
+                example_column: headers.get(1).unwrap_or("q").into(),
+            });
+        }
+        let Some(time) = time else { return Err(DataError::NoTime { file: file.into(), found }) };
+        let notes = if columns.is_some() { Vec::new() } else { ignored(file, &unknown) };
+        Ok(Layout { time, signals, notes })
+    }
+
+    /// The rows that follow the header.
+    fn read(
+        &self,
+        file: String,
+        text: &str,
+        headers: &csv::StringRecord,
+        reader: &mut csv::Reader<&[u8]>,
+    ) -> Result<Run, DataError> {
+        let (mut time, mut lines) = (Vec::new(), Vec::new());
+        let mut values = vec![Vec::new(); self.signals.len()];
+        let mut row = csv::StringRecord::new();
+        let mut cursor = LineCursor { text: text.as_bytes(), byte: 0, line: 1 };
+        while match reader.read_record(&mut row) {
+            Ok(more) => more,
+            Err(source) => return Err(DataError::BadCsv { file, source }),
+        } {
+            let line = cursor.line_at(row.position().map_or(0, |p| p.byte() as usize));
+            let place = || format!("{file}:{line}");
+            if row.len() != headers.len() {
+                return Err(DataError::FieldCount {
+                    place: place(),
+                    got: row.len(),
+                    expected: headers.len(),
+                });
+            }
+            time.push(self.time.number(&row, headers, place)?);
+            for (values, (_, field)) in values.iter_mut().zip(&self.signals) {
+                values.push(field.number(&row, headers, place)?);
+            }
+            lines.push(line);
+        }
+        let signals = self.signals.iter().zip(values);
+        let signals = signals.map(|((name, _), values)| Signal::new(name.quantity, &name.place, values));
+        let stem = file.strip_suffix(".gz").unwrap_or(&file);
+        let stem = stem.strip_suffix(".csv").unwrap_or(stem).to_string();
+        Ok(Run {
+            name: stem,
+            time,
+            signals: signals.collect(),
+            notes: self.notes.clone(),
+            origin: Some(Origin { file, lines }),
+        })
+    }
+}
+
+impl LineCursor<'_> {
+    /// Line of the row that the reader began to look for at `byte`.
+    fn line_at(&mut self, byte: usize) -> u64 {
+        let blank = self.text[byte..].iter().take_while(|b| matches!(b, b'\r' | b'\n')).count();
+        let row = byte + blank;
+        self.line += self.text[self.byte..row].iter().filter(|&&b| b == b'\n').count() as u64;
+        self.byte = row;
+        self.line
+    }
+}
+
+impl Field {
+    fn plain(index: usize) -> Field {
+        Field { index, scale: 1.0, offset: 0.0 }
+    }
+
+    fn mapped(
+        file: &str,
+        headers: &csv::StringRecord,
+        name: &str,
+        column: &Column,
+    ) -> Result<Field, DataError> {
+        let mut fields = headers.iter().enumerate().filter(|(_, h)| *h == column.header).map(|(i, _)| i);
+        match (fields.next(), fields.next()) {
+            (Some(index), None) => Ok(Field { index, scale: column.scale, offset: column.offset }),
+            (Some(_), Some(_)) => {
+                Err(DataError::DuplicateColumn { file: file.into(), column: column.header.clone() })
+            }
+            (None, _) => Err(DataError::MissingColumn {
+                file: file.into(),
+                column: column.header.clone(),
+                name: name.into(),
+                found: found(headers),
+                help: match nearest(&column.header, &headers.iter().collect::<Vec<_>>()) {
+                    Some(near) => format!("did you mean \"{near}\"?"),
+                    None => "correct the columns map".into(),
+                },
+            }),
+        }
+    }
+
+    /// The number of this field in a row, in SI.
+    fn number(
+        &self,
+        row: &csv::StringRecord,
+        headers: &csv::StringRecord,
+        place: impl Fn() -> String,
+    ) -> Result<f64, DataError> {
+        let text = &row[self.index];
+        match parse(text) {
+            // value = scale · number + offset
+            Some(raw) => Ok(self.scale * raw + self.offset),
+            None => Err(DataError::NotNumber {
+                place: place(),
+                column: headers[self.index].into(),
+                got: text.into(),
+                help: help_for(text),
+            }),
+        }
+    }
+}
+
+/// The separator that occurs most often in the header.
+fn delimiter(text: &str) -> u8 {
+    let header = text.lines().next().unwrap_or_default();
+    // Of equally frequent ones the last wins: the comma.
+    *[b'\t', b';', b','].iter().max_by_key(|&&d| header.bytes().filter(|&b| b == d).count()).unwrap_or(&b',')
+}
+
+fn parse(text: &str) -> Option<f64> {
+    text.parse().ok()
+}
+
+fn help_for(text: &str) -> String {
+    if text.is_empty() {
+        return "the field is empty: drop the row, or use a window of the run without it: FILE@FROM..TO"
+            .into();
+    }
+    match parse(&text.replace(',', ".")) {
+        Some(number) => format!("write the decimal point as a full stop: {number}"),
+        None => "drop the row, or correct the field".into(),
+    }
+}
+
+fn found(headers: &csv::StringRecord) -> String {
+    const SHOWN: usize = 12;
+    let mut names: Vec<&str> = headers.iter().take(SHOWN).collect();
+    let more = format!("and {} more", headers.len().saturating_sub(SHOWN));
+    if headers.len() > SHOWN {
+        names.push(&more);
+    }
+    names.join(", ")
+}
+
+fn ignored(file: &str, unknown: &[(&str, DataError)]) -> Vec<Note> {
+    let note = |(header, error): &(&str, DataError)| Note {
+        severity: Severity::Note,
+        place: format!("{file}:1"),
+        statement: format!("column \"{header}\" is not known and was ignored"),
+        help: match error {
+            DataError::BadName { help, .. } => help.clone(),
+            _ => "name it with --columns".into(),
+        },
+    };
+    unknown.iter().map(note).collect()
+}

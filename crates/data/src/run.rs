@@ -1,0 +1,235 @@
+//! One measured run: time stamps and signals.
+
+use crate::error::DataError;
+use crate::note::Note;
+use crate::quantity::{Quantity, SignalName};
+use crate::statistics::median;
+
+/// One measured signal, a value for each time stamp of its run.
+#[derive(Debug, Clone)]
+pub struct Signal {
+    /// What is measured.
+    pub quantity: Quantity,
+    /// Where: the name of a joint, `x|y|z`, or `LINK.x|y|z`.
+    pub place: String,
+    /// The readings, SI, link side.
+    pub values: Vec<f64>,
+    /// Standard deviation of the sensor's noise, if stated beside the run.
+    pub std: Option<f64>,
+    /// Step between two readings of the sensor, if stated beside the run.
+    pub resolution: Option<f64>,
+}
+
+/// One measured run: strictly increasing time stamps, and signals of the same length, all finite.
+#[derive(Debug, Clone)]
+pub struct Run {
+    /// Stem of the file, with the window if there is one: `log`, `log@0..12`.
+    pub name: String,
+    /// Time stamps as logged, s.
+    pub time: Vec<f64>,
+    /// The signals, in the order of their columns.
+    pub signals: Vec<Signal>,
+    /// What the reader had to tell.
+    pub notes: Vec<Note>,
+    pub(crate) origin: Option<Origin>,
+}
+
+/// The file a run was read from.
+#[derive(Debug, Clone)]
+pub(crate) struct Origin {
+    pub file: String,
+    /// Line of each sample in the file.
+    pub lines: Vec<u64>,
+}
+
+impl Signal {
+    /// A signal of which neither noise nor resolution is known.
+    pub fn new(quantity: Quantity, place: impl Into<String>, values: Vec<f64>) -> Signal {
+        Signal { quantity, place: place.into(), values, std: None, resolution: None }
+    }
+
+    /// `QUANTITY.PLACE`.
+    pub fn name(&self) -> SignalName {
+        SignalName { quantity: self.quantity, place: self.place.clone() }
+    }
+}
+
+impl Run {
+    /// A run from its parts.
+    ///
+    /// # Errors
+    /// If a signal has not one value for each time stamp, a value is not finite, time does not strictly
+    /// increase, or there are fewer than two samples.
+    ///
+    /// # Example
+    /// ```
+    /// use sinew_data::{Quantity, Run, Signal};
+    /// let q = Signal::new(Quantity::JointPosition, "elbow", vec![0.0, 0.1, 0.2]);
+    /// let run = Run::new("demo".into(), vec![5.0, 5.5, 6.0], vec![q]).unwrap();
+    /// assert_eq!((run.duration(), run.period()), (1.0, 0.5));
+    /// assert_eq!(run.joints(), ["elbow"]);
+    /// ```
+    pub fn new(name: String, time: Vec<f64>, signals: Vec<Signal>) -> Result<Run, DataError> {
+        let run = Run { name, time, signals, notes: Vec::new(), origin: None };
+        run.validate(|signal| signal.to_string(), "time")?;
+        Ok(run)
+    }
+
+    /// The signal of a quantity at a place, if it was measured.
+    pub fn signal(&self, quantity: Quantity, place: &str) -> Option<&Signal> {
+        self.signals.iter().find(|s| s.quantity == quantity && s.place == place)
+    }
+
+    /// The joints of which anything was measured, in the order of their first column.
+    pub fn joints(&self) -> Vec<&str> {
+        let mut joints: Vec<&str> = Vec::new();
+        for signal in self.signals.iter().filter(|s| s.quantity.is_of_joint()) {
+            if !joints.contains(&signal.place.as_str()) {
+                joints.push(&signal.place);
+            }
+        }
+        joints
+    }
+
+    /// Time from the first to the last sample, s.
+    pub fn duration(&self) -> f64 {
+        self.time[self.time.len() - 1] - self.time[0]
+    }
+
+    /// Median of the time steps, s.
+    pub fn period(&self) -> f64 {
+        median(self.time.windows(2).map(|t| t[1] - t[0]).collect())
+    }
+
+    /// The samples with `from ≤ t − t₀ < to`, in s after the first time stamp t₀ of this run.
+    ///
+    /// `..a` and `a..` share no sample. Time stamps are kept as logged.
+    ///
+    /// # Errors
+    /// If fewer than two samples are inside.
+    pub fn window(&self, from: f64, to: f64) -> Result<Run, DataError> {
+        let start = self.time[0];
+        let first = self.time.partition_point(|t| t - start < from);
+        let end = self.time.partition_point(|t| t - start < to).max(first);
+        if end - first < 2 {
+            return Err(DataError::Window {
+                run: self.name.clone(),
+                from,
+                to,
+                got: end - first,
+                duration: self.duration(),
+            });
+        }
+        let number = |x: f64| if x.is_finite() { x.to_string() } else { String::new() };
+        let signals =
+            self.signals.iter().map(|s| Signal { values: s.values[first..end].to_vec(), ..s.clone() });
+        Ok(Run {
+            name: format!("{}@{}..{}", self.name, number(from), number(to)),
+            time: self.time[first..end].to_vec(),
+            signals: signals.collect(),
+            notes: self.notes.clone(),
+            origin: self
+                .origin
+                .as_ref()
+                .map(|o| Origin { file: o.file.clone(), lines: o.lines[first..end].to_vec() }),
+        })
+    }
+
+    /// Where a sample is: `run.csv:1042` for a run from a file, else the run and the number of the sample.
+    pub fn place_of(&self, sample: usize) -> String {
+        match self.origin.as_ref().and_then(|o| Some((&o.file, o.lines.get(sample)?))) {
+            Some((file, line)) => format!("{file}:{line}"),
+            None => format!("{}, sample {}", self.name, sample + 1),
+        }
+    }
+
+    /// Refuses what cannot be a run. `column` gives the column in which a signal was logged.
+    pub(crate) fn validate(
+        &self,
+        column: impl Fn(&SignalName) -> String,
+        time_column: &str,
+    ) -> Result<(), DataError> {
+        let n = self.time.len();
+        for signal in self.signals.iter().filter(|s| s.values.len() != n) {
+            return Err(DataError::Length {
+                run: self.name.clone(),
+                signal: signal.name().to_string(),
+                got: signal.values.len(),
+                expected: n,
+            });
+        }
+        if n < 2 {
+            return Err(DataError::TooShort {
+                place: self.origin.as_ref().map_or(&self.name, |o| &o.file).clone(),
+                got: n,
+            });
+        }
+        self.refuse_non_finite(&self.time, || time_column.into())?;
+        for signal in &self.signals {
+            self.refuse_non_finite(&signal.values, || column(&signal.name()))?;
+        }
+        match (1..n).find(|&k| self.time[k] <= self.time[k - 1]) {
+            None => Ok(()),
+            Some(k) => {
+                let (place, got, previous) = (self.place_of(k), self.time[k], self.time[k - 1]);
+                Err(if got == previous {
+                    DataError::TimeRepeats { place, got }
+                } else {
+                    DataError::TimeBackwards { place, got, previous }
+                })
+            }
+        }
+    }
+
+    fn refuse_non_finite(&self, values: &[f64], column: impl Fn() -> String) -> Result<(), DataError> {
+        match values.iter().position(|v| !v.is_finite()) {
+            None => Ok(()),
+            Some(k) => {
+                Err(DataError::NotFinite { place: self.place_of(k), column: column(), got: values[k] })
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ramp(n: usize) -> Run {
+        let time: Vec<f64> = (0..n).map(|k| 100.0 + k as f64).collect();
+        let q = Signal::new(Quantity::JointPosition, "elbow", (0..n).map(|k| k as f64).collect());
+        Run::new("ramp".into(), time, vec![q]).unwrap()
+    }
+
+    #[test]
+    fn two_halves_of_a_run_share_no_sample_and_lose_none() {
+        let run = ramp(10);
+        let (a, b) = (run.window(0.0, 4.0).unwrap(), run.window(4.0, f64::INFINITY).unwrap());
+        assert_eq!((a.name.as_str(), b.name.as_str()), ("ramp@0..4", "ramp@4.."));
+        assert_eq!([a.time, b.time].concat(), run.time);
+        assert_eq!(b.signals[0].values[0], 4.0);
+    }
+
+    #[test]
+    fn a_window_without_samples_is_refused_with_the_duration() {
+        let message = ramp(10).window(20.0, 30.0).unwrap_err().to_string();
+        assert!(message.starts_with("ramp: window 20..30 s holds 0 samples (at least 2; the run lasts 9 s)"));
+        assert!(ramp(10).window(5.0, 1.0).is_err());
+    }
+
+    #[test]
+    fn a_run_in_memory_is_checked_like_a_file() {
+        let q = |values| vec![Signal::new(Quantity::JointPosition, "elbow", values)];
+        let message = |time: &[f64], values: &[f64]| {
+            Run::new("r".into(), time.to_vec(), q(values.to_vec())).unwrap_err().to_string()
+        };
+        assert!(message(&[0.0, 1.0], &[0.0]).starts_with("r: joint_position.elbow has 1 values, time has 2"));
+        assert!(message(&[0.0], &[0.0]).starts_with("r: too few samples (got 1, at least 2)"));
+        assert!(message(&[0.0, 0.0], &[0.0, 0.0]).starts_with("r, sample 2: time stamp 0 s is the same"));
+        assert!(message(&[1.0, 0.5], &[0.0, 0.0]).starts_with("r, sample 2: time runs backwards (got 0.5 s"));
+        assert!(
+            message(&[0.0, 1.0], &[0.0, f64::NAN])
+                .starts_with("r, sample 2: column \"joint_position.elbow\" is not finite (got NaN)")
+        );
+    }
+}
