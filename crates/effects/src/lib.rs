@@ -1,1 +1,73 @@
 //! The catalogue of physical effects: one file each.
+//!
+//! Each effect is a [`Law`](sinew_effect::Law) with its card. [`CATALOGUE`] lists them all; analyses are handed it and
+//! know no effect by name.
+
+mod actuator_delay;
+mod actuator_lag;
+mod asymmetric_friction;
+mod backlash;
+mod balancer_spring;
+mod base_tilt;
+mod catalogue;
+mod cogging_torque;
+mod contact;
+mod coulomb_friction;
+mod entry;
+mod joint_damping_error;
+mod joint_stiffness_error;
+mod link_coulomb_friction;
+mod link_first_moment;
+mod link_inertia;
+mod link_mass;
+mod link_viscous_friction;
+mod load_dependent_friction;
+mod payload;
+mod position_sensor_offset;
+mod position_sensor_scale;
+mod presliding_friction;
+mod quadratic_viscous_friction;
+mod rotor_inertia;
+mod stiffness_hardening;
+mod stribeck_friction;
+mod time_skew;
+mod torque_constant_error;
+mod torque_ripple;
+mod torque_sensor_offset;
+mod torque_sensor_scale;
+mod transmission_error;
+mod transmission_hysteresis;
+mod viscous_friction;
+
+pub use actuator_delay::ActuatorDelay;
+pub use actuator_lag::ActuatorLag;
+pub use asymmetric_friction::AsymmetricFriction;
+pub use backlash::Backlash;
+pub use balancer_spring::BalancerSpring;
+pub use base_tilt::BaseTilt;
+pub use catalogue::CATALOGUE;
+pub use cogging_torque::CoggingTorque;
+pub use contact::{Contact, Side};
+pub use coulomb_friction::CoulombFriction;
+pub use link_coulomb_friction::LinkCoulombFriction;
+pub use link_first_moment::LinkFirstMoment;
+pub use link_inertia::LinkInertia;
+pub use link_mass::LinkMass;
+pub use link_viscous_friction::LinkViscousFriction;
+pub use load_dependent_friction::LoadDependentFriction;
+pub use payload::Payload;
+pub use position_sensor_offset::PositionSensorOffset;
+pub use position_sensor_scale::PositionSensorScale;
+pub use presliding_friction::PreslidingFriction;
+pub use quadratic_viscous_friction::QuadraticViscousFriction;
+pub use rotor_inertia::RotorInertia;
+pub use stiffness_hardening::StiffnessHardening;
+pub use stribeck_friction::StribeckFriction;
+pub use time_skew::TimeSkew;
+pub use torque_constant_error::TorqueConstantError;
+pub use torque_ripple::TorqueRipple;
+pub use torque_sensor_offset::TorqueSensorOffset;
+pub use torque_sensor_scale::TorqueSensorScale;
+pub use transmission_error::TransmissionError;
+pub use transmission_hysteresis::TransmissionHysteresis;
+pub use viscous_friction::ViscousFriction;
