@@ -1,14 +1,24 @@
-//! Forward kinematics: where every body is.
+//! Forward kinematics: where every body and every link is.
 
-use sinew_model::{Model, Pose, Scalar};
+use sinew_model::{LinkId, Model, Pose, Scalar};
 
-/// Poses of all moving bodies in the world, for any kind of number.
+/// Poses of all moving bodies in the world, in the order of [`Model::joints`].
 ///
 /// ```text
 /// world_from_body = world_from_parent · parent_from_body(q)
 /// ```
 ///
-/// `q`: nq, rad (m). `world_from_body`: one pose a joint, in the order of [`Model::joints`]. Cost O(n).
+/// `q`: nq, rad (m). Cost O(n).
+///
+/// # Panics
+/// If `q` has the wrong length.
+pub fn body_poses(model: &Model, q: &[f64]) -> Vec<Pose<f64>> {
+    let mut poses = vec![Pose::identity(); model.joints.len()];
+    body_poses_with(model, q, &mut poses);
+    poses
+}
+
+/// [`body_poses`] for any kind of number, into `world_from_body`, one pose a joint.
 ///
 /// # Panics
 /// If a slice has the wrong length.
@@ -23,4 +33,44 @@ pub fn body_poses_with<S: Scalar>(model: &Model, q: &[S], world_from_body: &mut 
             Some(parent) => world_from_body[parent.0] * parent_from_body,
         };
     }
+}
+
+/// Where a link is in the world.
+///
+/// ```text
+/// world_from_link = Π parent_from_body(q) · body_from_link
+/// ```
+///
+/// `q`: nq, rad (m). Only the joints between the link and the world are looked at.
+///
+/// # Panics
+/// If `q` has the wrong length or there is no such link.
+///
+/// # Example
+/// The last rod of a planar arm starts where the first, one metre long and upright, ends:
+/// ```
+/// let arm = sinew_model::samples::planar_arm(2, 1.0, 1.0);
+/// let pose = sinew_kinematics::link_pose(&arm, &[std::f64::consts::FRAC_PI_2, 0.3], arm.last_link());
+/// assert_eq!(pose.translation.z, 1.0);
+/// ```
+pub fn link_pose(model: &Model, q: &[f64], link: LinkId) -> Pose<f64> {
+    link_pose_with(model, q, link)
+}
+
+/// [`link_pose`] for any kind of number.
+///
+/// # Panics
+/// If `q` has the wrong length or there is no such link.
+#[inline(always)]
+pub fn link_pose_with<S: Scalar>(model: &Model, q: &[S], link: LinkId) -> Pose<S> {
+    assert_eq!(q.len(), model.nq, "q");
+    let link = &model.links[link.0];
+    let mut pose = Pose::constant(&link.body_from_link);
+    let mut body = link.body;
+    while let Some(id) = body {
+        let joint = &model.joints[id.0];
+        pose = joint.pose(q) * pose;
+        body = joint.parent;
+    }
+    pose
 }

@@ -1,5 +1,9 @@
 //! Small robots with closed-form answers, for examples and tests.
 
+mod random;
+
+pub use random::{Random, random_tree};
+
 use crate::{Inertia, JointShape, JointSpec, Model, ModelBuilder, Pose, Vector3};
 
 /// A point of `mass` kg on a massless rod of `length` m that turns about −y; level at zero, positive up.

@@ -1,10 +1,71 @@
 //! Kinetic and potential energy.
 
 use sinew_kinematics::body_poses_with;
-use sinew_model::{Motion, Scalar};
+use sinew_model::{Model, Motion, Scalar};
 
 use crate::rnea::velocity;
-use crate::{Bodies, Scratch};
+use crate::{Bodies, Scratch, Workspace};
+
+/// Kinetic energy of all moving bodies.
+///
+/// ```text
+/// T = ½ Σ vᵀ I v = ½ q̇ᵀ M(q) q̇
+/// ```
+///
+/// `q`: nq, rad (m). `qd`: nv. Returns J. Cost O(n).
+///
+/// # Panics
+/// If a slice has the wrong length.
+///
+/// # Example
+/// A pendulum at 3 rad/s has ½ m l² ω²:
+/// ```
+/// let pendulum = sinew_model::samples::pendulum(2.0, 0.5);
+/// assert_eq!(sinew_rigid::kinetic_energy(&pendulum, &[0.7], &[3.0]), 0.5 * 2.0 * 0.25 * 9.0);
+/// ```
+pub fn kinetic_energy(model: &Model, q: &[f64], qd: &[f64]) -> f64 {
+    kinetic_energy_into(model, &mut Workspace::new(model), q, qd)
+}
+
+/// [`kinetic_energy`] without allocation.
+///
+/// # Panics
+/// If a slice has the wrong length.
+pub fn kinetic_energy_into(model: &Model, ws: &mut Workspace, q: &[f64], qd: &[f64]) -> f64 {
+    let (bodies, scratch, _) = ws.split(model);
+    kinetic_energy_with(&bodies, scratch, q, qd)
+}
+
+/// Potential energy of all moving bodies in gravity, 0 at the world's origin.
+///
+/// ```text
+/// U = −Σ gᵀ (m p + R h)
+/// ```
+///
+/// `q`: nq, rad (m). Returns J. Cost O(n).
+///
+/// # Panics
+/// If `q` has the wrong length.
+///
+/// # Example
+/// An upright pendulum has m g l:
+/// ```
+/// let pendulum = sinew_model::samples::pendulum(2.0, 0.5);
+/// let energy = sinew_rigid::potential_energy(&pendulum, &[std::f64::consts::FRAC_PI_2]);
+/// approx::assert_relative_eq!(energy, 2.0 * 9.81 * 0.5, max_relative = 1e-12);
+/// ```
+pub fn potential_energy(model: &Model, q: &[f64]) -> f64 {
+    potential_energy_into(model, &mut Workspace::new(model), q)
+}
+
+/// [`potential_energy`] without allocation.
+///
+/// # Panics
+/// If a slice has the wrong length.
+pub fn potential_energy_into(model: &Model, ws: &mut Workspace, q: &[f64]) -> f64 {
+    let (bodies, scratch, _) = ws.split(model);
+    potential_energy_with(&bodies, scratch, q)
+}
 
 /// Kinetic energy of all moving bodies and of the armature, for any kind of number.
 ///
@@ -33,13 +94,7 @@ pub fn kinetic_energy_with<S: Scalar>(b: &Bodies<S>, ws: &mut Scratch<S>, q: &[S
     twice * 0.5
 }
 
-/// Potential energy of all moving bodies in gravity, 0 at the world's origin, for any kind of number.
-///
-/// ```text
-/// U = −Σ gᵀ (m p + R h)
-/// ```
-///
-/// `q`: nq, rad (m). Returns J. Cost O(n).
+/// [`potential_energy_into`] for any kind of number.
 ///
 /// # Panics
 /// If a slice has the wrong length.

@@ -1,4 +1,4 @@
-//! L D Lᵀ of a symmetric positive definite matrix by columns, for any kind of number.
+//! Factors and inverse of a symmetric positive definite matrix by columns, for any kind of number.
 
 use sinew_model::Scalar;
 
@@ -40,6 +40,35 @@ pub(crate) fn solve<S: Scalar>(LD: &[S], n: usize, x: &mut [S]) {
         for k in j + 1..n {
             let t = LD[k + n * j] * x[k];
             x[j] -= t;
+        }
+    }
+}
+
+/// Inverts the symmetric positive definite `A` (n × n) in place by Gauss–Jordan elimination, which needs no pivoting
+/// here.
+#[inline(always)]
+pub(crate) fn invert<S: Scalar>(A: &mut [S], n: usize) {
+    for k in 0..n {
+        let d = A[k + n * k].recip();
+        // a_ij = a_ij − a_ik a_kj / d   for i, j ≠ k, the upper triangle from the lower
+        for j in (0..n).filter(|&j| j != k) {
+            let a = A[k.max(j) + n * k.min(j)] * d;
+            for i in (j..n).filter(|&i| i != k) {
+                let t = A[k.max(i) + n * k.min(i)] * a;
+                A[i + n * j] -= t;
+            }
+        }
+        // a_ik = a_ik / d,   a_kk = −1/d
+        for i in (0..n).filter(|&i| i != k) {
+            A[k.max(i) + n * k.min(i)] *= d;
+        }
+        A[k + n * k] = -d;
+    }
+    for j in 0..n {
+        for i in j..n {
+            let inverse = -A[i + n * j];
+            A[i + n * j] = inverse;
+            A[j + n * i] = inverse;
         }
     }
 }

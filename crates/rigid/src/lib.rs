@@ -1,22 +1,52 @@
 //! Rigid-body dynamics of robot trees: RNEA, CRBA, ABA, energy.
 //!
-//! Every algorithm is written once, over [`Scalar`](sinew_model::Scalar): the forms ending in `_with` take
-//! [`Bodies`] of any kind of number and a [`Scratch`].
+//! Plain functions (`mass_matrix`, `inverse_dynamics`) are for people; forms ending in `_into` are for loops: they take
+//! a [`Workspace`] and allocate nothing. Both rest on the forms ending in `_with`, written once over
+//! [`Scalar`](sinew_model::Scalar): they take [`Bodies`] whose inertias, gravity and armature are numbers of any kind
+//! and a [`Scratch`], and so give lanes and exact derivatives too.
+//!
+//! # Example
+//! The torque that holds a robot is the slope of its potential energy, here by a dual number:
+//! ```
+//! use sinew_model::{Dual, samples};
+//! use sinew_rigid::{Bodies, Scratch, gravity, inertias, potential_energy_with};
+//! let pendulum = samples::pendulum(2.0, 0.5);
+//! let inertia = inertias(&pendulum);
+//! let bodies = Bodies::new(&pendulum, &inertia);
+//! let q = [Dual::<1>::variable(0.3, 0)];
+//! let energy = potential_energy_with(&bodies, &mut Scratch::new(&pendulum), &q);
+//! approx::assert_relative_eq!(energy.derivative[0], gravity(&pendulum, &[0.3])[0], max_relative = 1e-12);
+//! ```
 #![allow(non_snake_case)]
 
 mod bodies;
+mod coriolis;
 mod energy;
+mod forward_dynamics;
 mod hybrid_dynamics;
+mod inverse_dynamics;
+mod inverse_mass_matrix;
 mod ldlt;
 mod mass_matrix;
+mod regressor;
 mod rnea;
 mod scratch;
 mod tool_wrench;
+mod workspace;
 
 pub use bodies::{Bodies, inertias};
-pub use energy::{kinetic_energy_with, potential_energy_with};
+pub use coriolis::{coriolis_matrix, coriolis_matrix_into, coriolis_matrix_with};
+pub use energy::{
+    kinetic_energy, kinetic_energy_into, kinetic_energy_with, potential_energy, potential_energy_into,
+    potential_energy_with,
+};
+pub use forward_dynamics::{forward_dynamics, forward_dynamics_into};
 pub use hybrid_dynamics::{forward_dynamics_with, hybrid_dynamics_with};
-pub use mass_matrix::mass_matrix_with;
+pub use inverse_dynamics::{bias, bias_into, gravity, gravity_into, inverse_dynamics, inverse_dynamics_into};
+pub use inverse_mass_matrix::{inverse_mass_matrix, inverse_mass_matrix_into, inverse_mass_matrix_with};
+pub use mass_matrix::{mass_matrix, mass_matrix_into, mass_matrix_with};
+pub use regressor::{PARAMETERS, regressor, regressor_into, regressor_with};
 pub use rnea::inverse_dynamics_with;
 pub use scratch::Scratch;
 pub use tool_wrench::tool_wrench_with;
+pub use workspace::Workspace;

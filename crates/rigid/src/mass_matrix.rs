@@ -1,22 +1,48 @@
 //! The mass matrix: the composite-rigid-body algorithm.
 
-use sinew_model::Scalar;
+use nalgebra::DMatrix;
+use sinew_model::{Model, Scalar};
 
 use crate::rnea::scaled;
-use crate::{Bodies, Scratch};
+use crate::{Bodies, Scratch, Workspace};
 
-/// The mass matrix, for any kind of number (composite rigid bodies).
+/// The mass matrix (composite rigid bodies).
 ///
 /// ```text
-/// M_ij = S_iᵀ X I_c,j S_j   for i on the way from j to the root;   M symmetric
+/// M_ij = S_iᵀ X I_c,j S_j   for i on the way from j to the root;   T = ½ q̇ᵀ M(q) q̇
 /// ```
 ///
-/// `q`: nq, rad (m). `M`: nv × nv by columns, both triangles, overwritten. Cost O(n · depth).
+/// `q`: nq, rad (m). Returns nv × nv, symmetric, kg·m² (kg·m, kg). Cost O(n · depth).
+///
+/// # Panics
+/// If `q` has the wrong length.
+///
+/// # Example
+/// A pendulum has m l²:
+/// ```
+/// let pendulum = sinew_model::samples::pendulum(2.0, 0.5);
+/// assert_eq!(sinew_rigid::mass_matrix(&pendulum, &[0.3])[(0, 0)], 2.0 * 0.25);
+/// ```
+/// Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008, table 6.2.
+pub fn mass_matrix(model: &Model, q: &[f64]) -> DMatrix<f64> {
+    let mut M = DMatrix::zeros(model.nv, model.nv);
+    mass_matrix_into(model, &mut Workspace::new(model), q, M.as_mut_slice());
+    M
+}
+
+/// [`mass_matrix`] without allocation, into the nv × nv numbers of `M` by columns.
 ///
 /// # Panics
 /// If a slice has the wrong length.
+pub fn mass_matrix_into(model: &Model, ws: &mut Workspace, q: &[f64], M: &mut [f64]) {
+    let (bodies, scratch, _) = ws.split(model);
+    mass_matrix_with(&bodies, scratch, q, M);
+}
+
+/// [`mass_matrix_into`] for any kind of number, with the armature on the diagonal.
 ///
-/// Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008, table 6.2.
+/// # Panics
+/// If a slice has the wrong length.
 #[inline(always)]
 pub fn mass_matrix_with<S: Scalar>(b: &Bodies<S>, ws: &mut Scratch<S>, q: &[S], M: &mut [S]) {
     b.check();

@@ -2,6 +2,8 @@
 
 use sinew_model::{ArticulatedInertia, Force, Inertia, Model, Motion, Pose, Scalar};
 
+use crate::coriolis::Transport;
+
 /// One workspace for all algorithms over numbers of one kind; nothing is allocated after `new`.
 ///
 /// Holds no result from one call to the next: any workspace of the same model will do.
@@ -14,6 +16,7 @@ pub struct Scratch<S> {
     pub(crate) force: Vec<Force<S>>,
     pub(crate) composite: Vec<Inertia<S>>,
     pub(crate) articulated: Vec<ArticulatedInertia<S>>,
+    pub(crate) transport: Vec<Transport<S>>,
     // Of each degree of freedom.
     pub(crate) pivot: Vec<Pivot<S>>,
     pub(crate) torque: Vec<S>,
@@ -45,6 +48,7 @@ impl<S: Scalar> Scratch<S> {
             force: vec![Force::ZERO; n],
             composite: vec![Inertia::default(); n],
             articulated: vec![ArticulatedInertia::default(); n],
+            transport: vec![Transport::ZERO; n],
             pivot: vec![Pivot { U: Force::ZERO, d_inverse: S::ZERO, u: S::ZERO }; nv],
             torque: vec![S::ZERO; nv],
             matrix: vec![S::ZERO; size * size],

@@ -1,0 +1,48 @@
+//! Forward dynamics as a plain function.
+
+use nalgebra::DVector;
+use sinew_model::Model;
+
+use crate::{Workspace, forward_dynamics_with};
+
+/// Accelerations that the torques `tau` produce (articulated bodies).
+///
+/// ```text
+/// q̈ = M(q)⁻¹ (τ − C(q, q̇) q̇ − g(q))
+/// ```
+///
+/// `q`: nq, rad (m). `qd`, `tau`: nv. Returns q̈: nv, rad/s² (m/s²). Cost O(n); with mimic joints M is factored
+/// instead. A degree of freedom that moves no inertia gives numbers that are not finite.
+///
+/// # Panics
+/// If a slice has the wrong length.
+///
+/// # Example
+/// A level pendulum of 0.5 m that is let go falls at g/l:
+/// ```
+/// let pendulum = sinew_model::samples::pendulum(2.0, 0.5);
+/// let qdd = sinew_rigid::forward_dynamics(&pendulum, &[0.0], &[0.0], &[0.0]);
+/// approx::assert_relative_eq!(qdd[0], -9.81 / 0.5, max_relative = 1e-12);
+/// ```
+/// Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008, table 7.1.
+pub fn forward_dynamics(model: &Model, q: &[f64], qd: &[f64], tau: &[f64]) -> DVector<f64> {
+    let mut qdd = DVector::zeros(model.nv);
+    forward_dynamics_into(model, &mut Workspace::new(model), q, qd, tau, qdd.as_mut_slice());
+    qdd
+}
+
+/// [`forward_dynamics`] without allocation, into the nv numbers of `qdd`.
+///
+/// # Panics
+/// If a slice has the wrong length.
+pub fn forward_dynamics_into(
+    model: &Model,
+    ws: &mut Workspace,
+    q: &[f64],
+    qd: &[f64],
+    tau: &[f64],
+    qdd: &mut [f64],
+) {
+    let (bodies, scratch, _) = ws.split(model);
+    forward_dynamics_with(&bodies, scratch, q, qd, tau, qdd);
+}

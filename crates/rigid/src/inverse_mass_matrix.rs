@@ -1,0 +1,48 @@
+//! The inverse of the mass matrix.
+
+use nalgebra::DMatrix;
+use sinew_model::{Model, Scalar};
+
+use crate::{Bodies, Scratch, Workspace, ldlt, mass_matrix_with};
+
+/// The inverse of the mass matrix: the accelerations of unit torques.
+///
+/// ```text
+/// q̈ = M(q)⁻¹ τ   at rest without gravity
+/// ```
+///
+/// `q`: nq, rad (m). Returns nv × nv, symmetric. Cost O(n³).
+///
+/// # Panics
+/// If `q` has the wrong length.
+///
+/// # Example
+/// For one pendulum it is 1/(m l²):
+/// ```
+/// let pendulum = sinew_model::samples::pendulum(2.0, 0.5);
+/// assert_eq!(sinew_rigid::inverse_mass_matrix(&pendulum, &[0.3])[(0, 0)], 1.0 / (2.0 * 0.25));
+/// ```
+pub fn inverse_mass_matrix(model: &Model, q: &[f64]) -> DMatrix<f64> {
+    let mut M_inverse = DMatrix::zeros(model.nv, model.nv);
+    inverse_mass_matrix_into(model, &mut Workspace::new(model), q, M_inverse.as_mut_slice());
+    M_inverse
+}
+
+/// [`inverse_mass_matrix`] without allocation, into the nv × nv numbers of `M_inverse` by columns.
+///
+/// # Panics
+/// If a slice has the wrong length.
+pub fn inverse_mass_matrix_into(model: &Model, ws: &mut Workspace, q: &[f64], M_inverse: &mut [f64]) {
+    let (bodies, scratch, _) = ws.split(model);
+    inverse_mass_matrix_with(&bodies, scratch, q, M_inverse);
+}
+
+/// [`inverse_mass_matrix_into`] for any kind of number.
+///
+/// # Panics
+/// If a slice has the wrong length.
+#[inline(always)]
+pub fn inverse_mass_matrix_with<S: Scalar>(b: &Bodies<S>, ws: &mut Scratch<S>, q: &[S], M_inverse: &mut [S]) {
+    mass_matrix_with(b, ws, q, M_inverse);
+    ldlt::invert(M_inverse, b.model.nv);
+}

@@ -1,0 +1,75 @@
+//! The forms for loops do not allocate.
+#![allow(non_snake_case)]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use sinew_model::samples::{Random, random_tree};
+use sinew_model::{Dual, Scalar};
+use sinew_rigid::*;
+
+struct Counting;
+
+thread_local! {
+    static COUNT: Cell<usize> = const { Cell::new(0) };
+}
+
+// SAFETY: every call goes to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.with(|count| count.set(count.get() + 1));
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn allocations(f: impl FnOnce()) -> usize {
+    let before = COUNT.with(Cell::get);
+    f();
+    COUNT.with(Cell::get) - before
+}
+
+#[test]
+fn forms_with_a_workspace_do_not_allocate() {
+    for seed in 0..10 {
+        let model = random_tree(12, seed);
+        let nv = model.nv;
+        let mut random = Random::new(seed);
+        let (q, qd, qdd) = (random.position(&model), random.vector(nv), random.vector(nv));
+        let (mut tau, mut M) = (vec![0.0; nv], vec![0.0; nv * nv]);
+        let mut Y = vec![0.0; nv * PARAMETERS * model.joints.len()];
+        let mut ws = Workspace::new(&model);
+        let count = allocations(|| {
+            inverse_dynamics_into(&model, &mut ws, &q, &qd, &qdd, &mut tau);
+            bias_into(&model, &mut ws, &q, &qd, &mut tau);
+            gravity_into(&model, &mut ws, &q, &mut tau);
+            forward_dynamics_into(&model, &mut ws, &q, &qd, &qdd, &mut tau);
+            mass_matrix_into(&model, &mut ws, &q, &mut M);
+            inverse_mass_matrix_into(&model, &mut ws, &q, &mut M);
+            coriolis_matrix_into(&model, &mut ws, &q, &qd, &mut M);
+            regressor_into(&model, &mut ws, &q, &qd, &qdd, &mut Y);
+            kinetic_energy_into(&model, &mut ws, &q, &qd);
+            potential_energy_into(&model, &mut ws, &q);
+        });
+        assert_eq!(count, 0);
+    }
+}
+
+#[test]
+fn hybrid_dynamics_of_dual_numbers_does_not_allocate() {
+    let model = random_tree(12, 5);
+    let inertia = inertias(&model);
+    let b = Bodies::new(&model, &inertia);
+    let mut ws = Scratch::new(&model);
+    let q: Vec<_> = Random::new(5).position(&model).into_iter().map(Dual::<3>::constant).collect();
+    let qd = vec![Dual::ONE; model.nv];
+    let imposed: Vec<bool> = (0..model.nv).map(|i| i % 2 == 0).collect();
+    let (mut qdd, mut tau) = (qd.clone(), qd.clone());
+    let count = allocations(|| hybrid_dynamics_with(&b, &mut ws, &q, &qd, &imposed, &mut qdd, &mut tau));
+    assert_eq!(count, 0);
+}
