@@ -4,6 +4,7 @@
 //! with a [`ColumnMap`] for logs that have headers of their own. The crate knows no robot model: joints are
 //! names. What would have to be guessed is refused ([`DataError`]); what is suspicious is told ([`Note`]).
 
+mod checks;
 mod column_map;
 mod error;
 mod file;
@@ -13,6 +14,7 @@ mod note;
 mod quantisation;
 mod quantity;
 mod read_run;
+mod repeats;
 mod resample;
 mod run;
 mod run_spec;
@@ -25,6 +27,7 @@ mod spelling;
 mod statistics;
 mod write_run;
 
+pub use checks::check_run;
 pub use column_map::ColumnMap;
 pub use error::DataError;
 pub use kernel::Kernel;
@@ -33,6 +36,7 @@ pub use note::{Note, Severity};
 pub use quantisation::quantisation_step;
 pub use quantity::{Quantity, SignalName};
 pub use read_run::read_run;
+pub use repeats::{Repeat, find_repeats};
 pub use resample::{Uniform, resample};
 pub use run::{Run, Signal};
 pub use run_spec::RunSpec;

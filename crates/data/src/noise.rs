@@ -86,7 +86,7 @@ pub fn autocovariance(values: &[f64], lags: usize) -> Vec<f64> {
 }
 
 /// d_k = (x_{k−2} − 4 x_{k−1} + 6 x_k − 4 x_{k+1} + x_{k+2}) / √70
-pub(crate) fn fourth_differences(values: &[f64]) -> Vec<f64> {
+fn fourth_differences(values: &[f64]) -> Vec<f64> {
     let scale = 70f64.sqrt();
     // Written as differences of neighbours, so that a large constant costs no digits.
     values

@@ -80,7 +80,7 @@ pub fn resample(time: &[f64], values: &[f64], grid: &Uniform) -> Vec<f64> {
 }
 
 /// The polynomial through all samples, at t. Written as x_near + Σ w_i (x_i − x_near): constants stay exact.
-fn lagrange(time: &[f64], values: &[f64], t: f64) -> f64 {
+pub(crate) fn lagrange(time: &[f64], values: &[f64], t: f64) -> f64 {
     let near = values[values.len() / 2];
     let mut sum = 0.0;
     for i in 0..time.len() {

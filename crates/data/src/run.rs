@@ -150,7 +150,7 @@ impl Run {
         time_column: &str,
     ) -> Result<(), DataError> {
         let n = self.time.len();
-        for signal in self.signals.iter().filter(|s| s.values.len() != n) {
+        if let Some(signal) = self.signals.iter().find(|s| s.values.len() != n) {
             return Err(DataError::Length {
                 run: self.name.clone(),
                 signal: signal.name().to_string(),
