@@ -1,0 +1,179 @@
+//! Changes of the sidecar's document that keep what the author wrote around them.
+//!
+//! A function that would add a table returns its text instead: the caller appends it at the end of the file, where
+//! it moves no comment. Inline forms (`joints = {…}`, `effects = […]`) are changed in place.
+
+use std::ops::Range;
+
+use sinew_model::{EffectSpec, Place, Setting};
+use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike, Value};
+
+/// Sets `key` of `[joints.JOINT]`.
+pub(crate) fn set_joint(document: &mut DocumentMut, joint: &str, key: &str, value: f64) -> Option<String> {
+    let number = Setting::Number(value);
+    let joints = document.get_mut("joints").and_then(Item::as_table_like_mut);
+    if let Some(joints) = joints {
+        if let Some(table) = joints.get_mut(joint).and_then(Item::as_table_like_mut) {
+            set_value(table, key, &number);
+            return None;
+        }
+        if document.get("joints").is_some_and(Item::is_inline_table) {
+            let mut table = InlineTable::new();
+            set_value(&mut table, key, &number);
+            let joints = document.get_mut("joints").and_then(Item::as_table_like_mut)?;
+            joints.insert(joint, Item::Value(Value::InlineTable(table)));
+            return None;
+        }
+    }
+    let mut table = Table::new();
+    set_value(&mut table, key, &number);
+    let mut parent = Table::new();
+    parent.set_implicit(true);
+    parent.insert(joint, Item::Table(table));
+    Some(alone("joints", Item::Table(parent)))
+}
+
+/// Makes the table of the effect's kind and place hold exactly its settings.
+pub(crate) fn set_effect(document: &mut DocumentMut, effect: &EffectSpec) -> Option<String> {
+    let is_it = |table: &dyn TableLike| is_effect(table, &effect.kind, &effect.place);
+    match document.get_mut("effects") {
+        Some(Item::ArrayOfTables(tables)) => {
+            if let Some(table) = tables.iter_mut().find(|t| is_it(*t)) {
+                settle(table, effect);
+                return None;
+            }
+        }
+        Some(Item::Value(Value::Array(array))) => {
+            let found = array.iter_mut().filter_map(Value::as_inline_table_mut).find(|t| is_it(*t));
+            if let Some(table) = found {
+                settle(table, effect);
+                return None;
+            }
+            let mut table = InlineTable::new();
+            settle(&mut table, effect);
+            array.push(table);
+            return None;
+        }
+        _ => {}
+    }
+    let mut table = Table::new();
+    settle(&mut table, effect);
+    Some(alone("effects", Item::ArrayOfTables(ArrayOfTables::from_iter([table]))))
+}
+
+/// Removes the effect of this kind and place.
+pub(crate) fn remove_effect(document: &mut DocumentMut, kind: &str, place: &Place) -> bool {
+    let (before, after) = match document.get_mut("effects") {
+        Some(Item::ArrayOfTables(tables)) => {
+            let before = tables.len();
+            tables.retain(|t| !is_effect(t, kind, place));
+            (before, tables.len())
+        }
+        Some(Item::Value(Value::Array(array))) => {
+            let before = array.len();
+            array.retain(|v| !v.as_inline_table().is_some_and(|t| is_effect(t, kind, place)));
+            (before, array.len())
+        }
+        _ => (0, 0),
+    };
+    if after == 0 {
+        document.remove("effects");
+    }
+    after < before
+}
+
+/// Sets `key` to a value; an equal one stays as it is written, and so do the comments beside it.
+pub(crate) fn set_value(table: &mut dyn TableLike, key: &str, setting: &Setting) {
+    let mut value = value_of(setting);
+    match table.get_mut(key).and_then(Item::as_value_mut) {
+        Some(old) if setting_of(old).as_ref() == Some(setting) => {}
+        Some(old) => {
+            *value.decor_mut() = old.decor().clone();
+            *old = value;
+        }
+        None => {
+            table.insert(key, Item::Value(value));
+        }
+    }
+}
+
+/// The first number of a TOML text that is not finite, and where it stands.
+pub(crate) fn not_finite(text: &str) -> Option<(String, Range<usize>)> {
+    fn search(item: &Item) -> Option<(String, Range<usize>)> {
+        match item {
+            Item::None => None,
+            Item::Value(value) => search_value(value),
+            Item::Table(table) => table.iter().find_map(|(_, item)| search(item)),
+            Item::ArrayOfTables(tables) => {
+                tables.iter().flat_map(Table::iter).find_map(|(_, item)| search(item))
+            }
+        }
+    }
+    fn search_value(value: &Value) -> Option<(String, Range<usize>)> {
+        match value {
+            Value::Float(x) if !x.value().is_finite() => {
+                Some((x.value().to_string(), value.span().unwrap_or_default()))
+            }
+            Value::Array(array) => array.iter().find_map(search_value),
+            Value::InlineTable(table) => table.iter().find_map(|(_, value)| search_value(value)),
+            _ => None,
+        }
+    }
+    let document = toml_edit::Document::parse(text).ok()?;
+    search(document.as_item())
+}
+
+fn alone(key: &str, item: Item) -> String {
+    let mut document = DocumentMut::new();
+    document.insert(key, item);
+    document.to_string()
+}
+
+fn is_effect(table: &dyn TableLike, kind: &str, place: &Place) -> bool {
+    let word = |key| table.get(key).and_then(Item::as_str);
+    let (joint, link) = match place {
+        Place::Joint(name) => (Some(name.as_str()), None),
+        Place::Link(name) => (None, Some(name.as_str())),
+        Place::Robot => (None, None),
+    };
+    word("kind") == Some(kind) && word("joint") == joint && word("link") == link
+}
+
+fn settle(table: &mut dyn TableLike, effect: &EffectSpec) {
+    set_value(table, "kind", &Setting::Word(effect.kind.clone()));
+    match &effect.place {
+        Place::Joint(name) => set_value(table, "joint", &Setting::Word(name.clone())),
+        Place::Link(name) => set_value(table, "link", &Setting::Word(name.clone())),
+        Place::Robot => {}
+    }
+    let keeps = |key: &str| matches!(key, "kind" | "joint" | "link") || effect.get(key).is_some();
+    let stale: Vec<String> = table.iter().map(|(k, _)| k.to_owned()).filter(|k| !keeps(k)).collect();
+    for key in stale {
+        table.remove(&key);
+    }
+    for (key, setting) in &effect.settings {
+        set_value(table, key, setting);
+    }
+}
+
+fn value_of(setting: &Setting) -> Value {
+    match setting {
+        Setting::Number(x) => number(*x),
+        Setting::Numbers(list) => Value::Array(list.iter().map(|x| number(*x)).collect::<Array>()),
+        Setting::Word(word) => Value::from(word.as_str()),
+    }
+}
+
+// The shortest form that reads back to the same number, with an exponent where that is shorter.
+fn number(x: f64) -> Value {
+    format!("{x:?}").parse().unwrap_or_else(|_| Value::from(x))
+}
+
+fn setting_of(value: &Value) -> Option<Setting> {
+    let number = |v: &Value| v.as_float().or_else(|| v.as_integer().map(|i| i as f64));
+    match value {
+        Value::String(word) => Some(Setting::Word(word.value().clone())),
+        Value::Array(list) => list.iter().map(number).collect::<Option<Vec<_>>>().map(Setting::Numbers),
+        _ => number(value).map(Setting::Number),
+    }
+}

@@ -1,0 +1,90 @@
+//! Whether the effects of a sidecar are effects of a catalogue.
+
+use sinew_model::Place;
+
+use crate::effects::{EffectTable, effect, start, value_span};
+use crate::grammar::read_table;
+use crate::source::Source;
+use crate::{RobotFile, UrdfError};
+
+/// The effects that a catalogue knows. This crate knows none itself.
+#[derive(Debug, Clone, Copy)]
+pub struct Vocabulary<'a> {
+    /// One entry for each kind.
+    pub kinds: &'a [KindWords<'a>],
+}
+
+/// The words of one kind of effect.
+#[derive(Debug, Clone, Copy)]
+pub struct KindWords<'a> {
+    /// Its name, as in `kind = "coulomb_friction"`.
+    pub kind: &'a str,
+    /// The keys of its parameters; `KEY_std` is allowed with each.
+    pub keys: &'a [&'a str],
+    /// Where it acts.
+    pub place: PlaceKind,
+}
+
+/// What an effect is stated for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PlaceKind {
+    /// `joint = "…"`
+    Joint,
+    /// `link = "…"`
+    Link,
+    /// Neither.
+    Robot,
+}
+
+impl RobotFile {
+    /// Checks every effect of the sidecar against a catalogue's words.
+    ///
+    /// # Errors
+    /// At the first unknown kind, unknown key or wrong place, with the allowed words and the nearest spelling.
+    pub fn check_vocabulary(&self, vocabulary: &Vocabulary) -> Result<(), UrdfError> {
+        let (text, file) = (self.sidecar.text(), self.sidecar.file());
+        let source = Source { file, text: &text };
+        read_table(file, &text)?.effects.iter().try_for_each(|table| check(table, vocabulary, source))
+    }
+}
+
+fn check(table: &EffectTable, vocabulary: &Vocabulary, source: Source) -> Result<(), UrdfError> {
+    let effect = effect(table, source)?;
+    let Some(words) = vocabulary.kinds.iter().find(|k| k.kind == effect.kind) else {
+        return Err(UrdfError::UnknownName {
+            at: source.at(value_span(table, "kind")),
+            what: "effect",
+            name: effect.kind,
+            scope: "in the catalogue".to_owned(),
+            known: vocabulary.kinds.iter().map(|k| k.kind.to_owned()).collect(),
+        });
+    };
+    let (place, got) = match effect.place {
+        Place::Joint(_) => (PlaceKind::Joint, "a joint"),
+        Place::Link(_) => (PlaceKind::Link, "a link"),
+        Place::Robot => (PlaceKind::Robot, "neither joint nor link"),
+    };
+    if place != words.place {
+        let allowed = match words.place {
+            PlaceKind::Joint => "joint = \"…\"",
+            PlaceKind::Link => "link = \"…\"",
+            PlaceKind::Robot => "neither joint nor link",
+        };
+        let what = format!("effect \"{}\" stands at the wrong place", words.kind);
+        return Err(source.value(start(table), what, got.to_owned(), allowed, "state the place it acts at"));
+    }
+    for (key, _) in &table.get_ref().0 {
+        let name = key.get_ref().as_str();
+        let base = name.strip_suffix("_std").unwrap_or(name);
+        let placed = matches!(name, "kind" | "joint" | "link");
+        if !placed && !words.keys.contains(&name) && !words.keys.contains(&base) {
+            return Err(UrdfError::UnknownKey {
+                at: source.at(key.span()),
+                table: format!("effect \"{}\"", words.kind),
+                key: name.to_owned(),
+                allowed: words.keys.iter().map(|k| (*k).to_owned()).collect(),
+            });
+        }
+    }
+    Ok(())
+}
