@@ -16,7 +16,7 @@ pub enum Axes {
 impl Axes {
     /// A spatial motion about the world's origin, told in these axes of the link at `world_from_link`.
     #[inline(always)]
-    pub(crate) fn from_world<S: Scalar>(self, world_from_link: &Pose<S>, m: Motion<S>) -> Motion<S> {
+    pub(crate) fn tell<S: Scalar>(self, world_from_link: &Pose<S>, m: Motion<S>) -> Motion<S> {
         match self {
             Axes::World => m,
             Axes::Local => world_from_link.motion_to_child(m),
@@ -27,10 +27,10 @@ impl Axes {
         }
     }
 
-    /// The rate of [`Axes::from_world`]`(m)` when m changes at `rate` and the link moves at `v`, both about the
+    /// The rate of [`Axes::tell`]`(m)` when m changes at `rate` and the link moves at `v`, both about the
     /// world's origin.
     #[inline(always)]
-    pub(crate) fn rate_from_world<S: Scalar>(
+    pub(crate) fn tell_rate<S: Scalar>(
         self,
         world_from_link: &Pose<S>,
         v: Motion<S>,
@@ -44,7 +44,7 @@ impl Axes {
             // d/dt (v + ω × p) = v̇ + ω̇ × p + ω × ṗ
             Axes::WorldAligned => {
                 let p_rate = v.linear + v.angular.cross(world_from_link.translation);
-                let moved = Axes::WorldAligned.from_world(world_from_link, rate);
+                let moved = Axes::WorldAligned.tell(world_from_link, rate);
                 moved + Motion::new(Vector3::ZERO, m.angular.cross(p_rate))
             }
         }

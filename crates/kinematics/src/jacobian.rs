@@ -62,7 +62,7 @@ pub fn jacobian_with<S: Scalar>(
         for k in 0..joint.kind.nv() {
             let unit = joint.kind.motion(k, S::constant(joint.multiplier()));
             let in_world = ws.world_from_body[id.0].motion_to_parent(unit);
-            add_column(J, joint.first_dof + k, axes.from_world(&world_from_link, in_world));
+            add_column(J, joint.first_dof + k, axes.tell(&world_from_link, in_world));
         }
         body = joint.parent;
     }

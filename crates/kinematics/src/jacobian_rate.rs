@@ -74,7 +74,7 @@ pub fn jacobian_rate_with<S: Scalar>(
             // Ṡ = v × S
             let in_world = ws.world_from_body[id.0].motion_to_parent(unit);
             let changing = ws.velocity[id.0].cross_motion(in_world);
-            let column = axes.rate_from_world(&world_from_link, v_link, in_world, changing);
+            let column = axes.tell_rate(&world_from_link, v_link, in_world, changing);
             add_column(rate, joint.first_dof + k, column);
         }
         body = joint.parent;

@@ -43,7 +43,7 @@ pub fn link_velocity_with<S: Scalar>(
 ) -> Motion<S> {
     ws.velocities(model, q, qd);
     let v = model.links[link.0].body.map_or(Motion::ZERO, |body| ws.velocity[body.0]);
-    axes.from_world(&link_in_world(model, &ws.world_from_body, link), v)
+    axes.tell(&link_in_world(model, &ws.world_from_body, link), v)
 }
 
 /// The spatial acceleration of a link, [rad/s²; m/s²], without gravity.
@@ -83,7 +83,7 @@ pub fn link_acceleration_with<S: Scalar>(
     axes: Axes,
 ) -> Motion<S> {
     let (pose, _, a) = motion_in_world(model, ws, q, qd, qdd, link);
-    axes.from_world(&pose, a)
+    axes.tell(&pose, a)
 }
 
 /// The acceleration of a link's origin as an accelerometer without gravity feels it, and the link's angular
@@ -133,7 +133,7 @@ pub fn classical_acceleration_with<S: Scalar>(
     axes: Axes,
 ) -> Motion<S> {
     let (pose, v, a) = motion_in_world(model, ws, q, qd, qdd, link);
-    let (v, a) = (axes.from_world(&pose, v), axes.from_world(&pose, a));
+    let (v, a) = (axes.tell(&pose, v), axes.tell(&pose, a));
     // p̈ = a + ω × v
     a + Motion::new(Vector3::ZERO, v.angular.cross(v.linear))
 }
