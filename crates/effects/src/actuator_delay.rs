@@ -59,3 +59,15 @@ impl Law for ActuatorDelay {
         by_dof[self.dof].delay += p[0];
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&ActuatorDelay { dof: 1 }, &[-1e-3]);
+    }
+}

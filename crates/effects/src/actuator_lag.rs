@@ -59,3 +59,15 @@ impl Law for ActuatorLag {
         by_dof[self.dof].lag += p[0];
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&ActuatorLag { dof: 1 }, &[2e-3]);
+    }
+}

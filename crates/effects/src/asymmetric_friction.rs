@@ -65,3 +65,15 @@ impl Law for AsymmetricFriction {
         tau[self.dof] -= p[0] * at.thetad[self.dof].abs() + p[1] * s * s;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&AsymmetricFriction { dof: 1 }, &[0.2, 0.1]);
+    }
+}

@@ -62,3 +62,15 @@ impl Law for Backlash {
         by_dof[self.dof].half_gap += p[0];
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&Backlash { dof: 1 }, &[1e-3]);
+    }
+}

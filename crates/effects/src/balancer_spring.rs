@@ -67,3 +67,15 @@ impl Law for BalancerSpring {
         (p[0] * q * 0.5 + p[1]) * q
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&BalancerSpring { dof: 1 }, &[20.0, -3.0]);
+    }
+}

@@ -59,3 +59,15 @@ impl Law for BaseTilt {
         c.gravity = about_x.transpose_mul(about_y.transpose_mul(c.gravity));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&BaseTilt, &[0.02, -0.03]);
+    }
+}

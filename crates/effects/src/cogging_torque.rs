@@ -68,3 +68,15 @@ impl Law for CoggingTorque {
         (p[1] * s - p[0] * c) / p[2]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&CoggingTorque { dof: 1 }, &[0.5, -0.3, 3.0]);
+    }
+}

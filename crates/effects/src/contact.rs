@@ -99,3 +99,17 @@ impl Side {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        for side in [Side::Above, Side::Below] {
+            check(&Contact { dof: 1, side }, &[100.0, 0.2]);
+        }
+    }
+}

@@ -70,3 +70,15 @@ impl Law for CoulombFriction {
         tau[self.dof] -= p[0] * at.motor_sign(self.dof);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&CoulombFriction { dof: 1 }, &[1.3, 2e-3]);
+    }
+}

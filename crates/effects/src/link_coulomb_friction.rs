@@ -61,3 +61,15 @@ impl Law for LinkCoulombFriction {
         tau[self.dof] -= p[0] * (at.qd[self.dof] / p[1]).tanh();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&LinkCoulombFriction { dof: 1 }, &[1.3, 0.1]);
+    }
+}

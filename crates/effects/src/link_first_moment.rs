@@ -68,3 +68,16 @@ impl Law for LinkFirstMoment {
         c.inertia[self.body.0] += Pose::constant(&self.body_from_link).inertia_to_parent(&change);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        let body_from_link = Pose::from_xyz_rpy([0.1, -0.2, 0.3], [0.4, 0.5, -0.6]);
+        check(&LinkFirstMoment { body: JointId(1), body_from_link }, &[0.1, -0.2, 0.05]);
+    }
+}

@@ -74,3 +74,16 @@ impl Law for LinkInertia {
         c.inertia[self.body.0] += Pose::constant(&self.body_from_link).inertia_to_parent(&change);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        let body_from_link = Pose::from_xyz_rpy([0.1, -0.2, 0.3], [0.4, 0.5, -0.6]);
+        check(&LinkInertia { body: JointId(1), body_from_link }, &[0.01, 0.02, 0.03, 0.001, -0.002, 0.003]);
+    }
+}

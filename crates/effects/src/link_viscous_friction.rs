@@ -61,3 +61,15 @@ impl Law for LinkViscousFriction {
         tau[self.dof] -= p[0] * at.qd[self.dof];
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&LinkViscousFriction { dof: 1 }, &[0.8]);
+    }
+}

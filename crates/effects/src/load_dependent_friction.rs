@@ -74,3 +74,15 @@ impl Law for LoadDependentFriction {
 fn power<S: Scalar>(tau: S, exponent: S) -> S {
     ((tau * tau + ROUNDING * ROUNDING).ln() * exponent * 0.5).exp()
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&LoadDependentFriction { dof: 1 }, &[0.05, 1.0]);
+    }
+}

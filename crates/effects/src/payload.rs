@@ -83,3 +83,19 @@ impl Law for Payload {
         c.inertia[self.body.0] += Pose::constant(&self.body_from_tool).inertia_to_parent(&payload);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        let body_from_tool = Pose::from_xyz_rpy([0.1, -0.2, 0.3], [0.4, 0.5, -0.6]);
+        check(
+            &Payload { body: JointId(1), body_from_tool },
+            &[2.0, 0.1, 0.2, 0.3, 0.05, 0.06, 0.07, 0.001, 0.002, 0.003],
+        );
+    }
+}

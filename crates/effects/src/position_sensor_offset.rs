@@ -59,3 +59,15 @@ impl Law for PositionSensorOffset {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&PositionSensorOffset { dof: 1 }, &[1e-3]);
+    }
+}

@@ -56,3 +56,15 @@ impl Law for PositionSensorScale {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&PositionSensorScale { dof: 1 }, &[0.02]);
+    }
+}

@@ -108,3 +108,15 @@ impl PreslidingFriction {
         at.coefficients.coulomb[self.dof].max(S::constant(SMALLEST_TORQUE))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&PreslidingFriction { dof: 1 }, &[1.0 / 2000.0, 0.4]);
+    }
+}

@@ -61,3 +61,15 @@ impl Law for QuadraticViscousFriction {
         tau[self.dof] -= p[0] * v * v.abs();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&QuadraticViscousFriction { dof: 1 }, &[0.3]);
+    }
+}

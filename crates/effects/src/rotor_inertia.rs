@@ -60,3 +60,15 @@ impl Law for RotorInertia {
         c.rotor[self.dof] += p[0];
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&RotorInertia { dof: 1 }, &[0.4]);
+    }
+}

@@ -64,3 +64,15 @@ impl Law for StiffnessHardening {
         p[0] * d * d * d * d * 0.25
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&StiffnessHardening { dof: 1 }, &[50.0]);
+    }
+}

@@ -72,3 +72,15 @@ impl Law for StribeckFriction {
         tau[self.dof] -= p[0] * (-(x * x)).exp() * at.motor_sign(self.dof);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&StribeckFriction { dof: 1 }, &[0.6, 0.3]);
+    }
+}

@@ -71,3 +71,15 @@ impl Law for TimeSkew {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&TimeSkew { dof: 1, sensor: Sensor::JointPosition }, &[1e-3]);
+    }
+}

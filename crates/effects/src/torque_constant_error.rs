@@ -60,3 +60,15 @@ impl Law for TorqueConstantError {
         by_dof[self.dof].gain += p[0];
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&TorqueConstantError { dof: 1 }, &[0.1]);
+    }
+}

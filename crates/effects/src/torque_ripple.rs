@@ -59,3 +59,15 @@ impl Law for TorqueRipple {
         by_dof[self.dof].gain += p[0] * s + p[1] * c;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&TorqueRipple { dof: 1 }, &[0.02, -0.01, 3.0]);
+    }
+}

@@ -69,3 +69,15 @@ impl Law for TorqueSensorOffset {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&TorqueSensorOffset { dof: 1, sensor: Sensor::MotorTorque }, &[0.2]);
+    }
+}

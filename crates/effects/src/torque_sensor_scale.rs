@@ -58,3 +58,15 @@ impl Law for TorqueSensorScale {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&TorqueSensorScale { dof: 1 }, &[0.02]);
+    }
+}

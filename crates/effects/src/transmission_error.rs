@@ -62,3 +62,15 @@ impl Law for TransmissionError {
         by_dof[self.dof].shift += p[0] * s + p[1] * c;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&TransmissionError { dof: 1 }, &[1e-3, 2e-3, 3.0]);
+    }
+}

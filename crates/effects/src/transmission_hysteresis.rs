@@ -88,3 +88,15 @@ impl Law for TransmissionHysteresis {
         p[0] * p[1] * at.z[0] * at.z[0] * 0.5
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&TransmissionHysteresis { dof: 1 }, &[2.0, 0.02]);
+    }
+}

@@ -62,3 +62,15 @@ impl Law for ViscousFriction {
         tau[self.dof] -= p[0] * at.thetad[self.dof];
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&ViscousFriction { dof: 1 }, &[0.8]);
+    }
+}

@@ -83,3 +83,15 @@ impl Law for JointElasticity {
         c.damping[self.dof] += S::select(S::ZERO.lt(p[0]), p[1], S::ZERO);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effect::contract::check;
+
+    use super::*;
+
+    #[test]
+    fn it_keeps_the_contract() {
+        check(&JointElasticity { dof: 1 }, &[1.0 / 150.0, 0.5]);
+    }
+}
