@@ -1,0 +1,5 @@
+//! Laws of simulated runs.
+
+mod controlled;
+mod lesson;
+mod robots;
