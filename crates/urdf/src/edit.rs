@@ -61,25 +61,37 @@ pub(crate) fn set_effect(document: &mut DocumentMut, effect: &EffectSpec) -> Opt
     Some(alone("effects", Item::ArrayOfTables(ArrayOfTables::from_iter([table]))))
 }
 
-/// Removes the effect of this kind and place.
-pub(crate) fn remove_effect(document: &mut DocumentMut, kind: &str, place: &Place) -> bool {
-    let (before, after) = match document.get_mut("effects") {
-        Some(Item::ArrayOfTables(tables)) => {
-            let before = tables.len();
-            tables.retain(|t| !is_effect(t, kind, place));
-            (before, tables.len())
-        }
-        Some(Item::Value(Value::Array(array))) => {
-            let before = array.len();
-            array.retain(|v| !v.as_inline_table().is_some_and(|t| is_effect(t, kind, place)));
-            (before, array.len())
-        }
-        _ => (0, 0),
-    };
-    if after == 0 {
-        document.remove("effects");
+/// The lines of the `[[effects]]` table of this kind and place, with the comment right above it and the blank line
+/// before that; nothing if there is no such table.
+pub(crate) fn effect_lines(text: &str, kind: &str, place: &Place) -> Option<Range<usize>> {
+    let document = toml_edit::Document::parse(text).ok()?;
+    let tables = document.get("effects")?.as_array_of_tables()?;
+    let table = tables.iter().find(|t| is_effect(*t, kind, place))?;
+    let header = table.span()?;
+    let last = table.iter().filter_map(|(_, item)| item.span()).map(|s| s.end).fold(header.end, usize::max);
+    let end = text[last..].find('\n').map_or(text.len(), |k| last + k + 1);
+    let mut start = text[..header.start].rfind('\n').map_or(0, |k| k + 1);
+    let line_above =
+        |start: usize| text[..start].strip_suffix('\n').map(|t| t.rfind('\n').map_or(0, |k| k + 1));
+    while let Some(line) = line_above(start)
+        && text[line..start].trim_start().starts_with('#')
+    {
+        start = line;
     }
-    after < before
+    if let Some(line) = line_above(start)
+        && text[line..start].trim().is_empty()
+    {
+        start = line;
+    }
+    Some(start..end)
+}
+
+/// Removes the effect of this kind and place from an inline array.
+pub(crate) fn remove_inline_effect(document: &mut DocumentMut, kind: &str, place: &Place) -> bool {
+    let Some(Item::Value(Value::Array(array))) = document.get_mut("effects") else { return false };
+    let before = array.len();
+    array.retain(|v| !v.as_inline_table().is_some_and(|t| is_effect(t, kind, place)));
+    array.len() < before
 }
 
 /// Sets `key` to a value; an equal one stays as it is written, and so do the comments beside it.

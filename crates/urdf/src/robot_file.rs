@@ -39,18 +39,23 @@ pub fn read_robot(path: &Path) -> Result<RobotFile, UrdfError> {
         let (urdf, at) = urdf_of(path, &table, Source { file: &file, text: &text })?;
         let no_urdf = |source| UrdfError::NoUrdf { at, path: urdf.clone(), source };
         let urdf_text = std::fs::read_to_string(&urdf).map_err(no_urdf)?;
-        return join(&urdf_text, &urdf.display().to_string(), &text, &file);
+        let mut robot = join(&urdf_text, &urdf.display().to_string(), &text, &file)?;
+        robot.sidecar = robot.sidecar.at(path);
+        return Ok(robot);
     }
     let urdf = read(path)?;
     let name = path.display().to_string();
     let beside = path.with_extension("sinew.toml");
     if !beside.exists() {
         let file_name = path.file_name().unwrap_or_default().to_string_lossy();
-        let sidecar = Sidecar::new_for(&file_name).beside(path);
-        return join(&urdf, &name, &sidecar.text(), sidecar.file());
+        let text = Sidecar::new_for(&file_name).text();
+        let mut robot = join(&urdf, &name, &text, &beside.display().to_string())?;
+        robot.sidecar = robot.sidecar.at(&beside);
+        return Ok(robot);
     }
     let text = read(&beside)?;
     let mut robot = join(&urdf, &name, &text, &beside.display().to_string())?;
+    robot.sidecar = robot.sidecar.at(&beside);
     let table = read_table(robot.sidecar.file(), &text)?;
     let source = Source { file: robot.sidecar.file(), text: &text };
     let (named, at) = urdf_of(&beside, &table, source)?;

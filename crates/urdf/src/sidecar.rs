@@ -24,7 +24,8 @@ use crate::{Location, UrdfError};
 pub struct Sidecar {
     text: String,
     file: String,
-    folder: PathBuf,
+    /// Where it lies, if it comes from a file: `urdf` is relative to this folder.
+    folder: Option<PathBuf>,
 }
 
 impl Sidecar {
@@ -34,7 +35,7 @@ impl Sidecar {
         document.insert("format", toml_edit::value(1));
         document.insert("urdf", toml_edit::value(urdf_file_name));
         let file = Path::new(urdf_file_name).with_extension("sinew.toml").display().to_string();
-        Self { text: document.to_string(), file, folder: PathBuf::new() }
+        Self { text: document.to_string(), file, folder: None }
     }
 
     /// The sidecar `text` of `file`, whose grammar has been checked.
@@ -45,14 +46,13 @@ impl Sidecar {
             detail: error.message().to_owned(),
             help: "write it as TOML 1.0",
         })?;
-        let folder = Path::new(file).parent().unwrap_or(Path::new("")).to_owned();
-        Ok(Self { text: text.to_owned(), file: file.to_owned(), folder })
+        Ok(Self { text: text.to_owned(), file: file.to_owned(), folder: None })
     }
 
-    /// The same sidecar as if it were `file`.
-    pub(crate) fn beside(mut self, urdf: &Path) -> Self {
-        self.file = urdf.with_extension("sinew.toml").display().to_string();
-        self.folder = urdf.parent().unwrap_or(Path::new("")).to_owned();
+    /// The same sidecar, known to lie at `path`.
+    pub(crate) fn at(mut self, path: &Path) -> Self {
+        self.file = path.display().to_string();
+        self.folder = path.parent().map(Path::to_owned);
         self
     }
 
@@ -82,16 +82,20 @@ impl Sidecar {
     ///
     /// What the URDF's `<dynamics>` states cannot be removed here, only overruled by the same effect of strength zero.
     pub fn remove_effect(&mut self, kind: &str, place: &Place) -> bool {
+        if let Some(lines) = edit::effect_lines(&self.text, kind, place) {
+            self.text.replace_range(lines, "");
+            return true;
+        }
         let mut removed = false;
         self.change(|document| {
-            removed = edit::remove_effect(document, kind, place);
+            removed = edit::remove_inline_effect(document, kind, place);
             None
         });
         removed
     }
 
     /// Writes it to `path` at one stroke: an interrupted write leaves the old file or the new one. In another folder
-    /// than before, `urdf` is rewritten to lead to the same file.
+    /// than the one it was read from, `urdf` is rewritten to lead to the same file.
     ///
     /// # Errors
     /// If the text is no longer a sidecar, a value in it is not finite, or the file cannot be written; what stood
@@ -124,7 +128,7 @@ impl Sidecar {
     fn urdf_seen_from(&self, path: &Path) -> Option<String> {
         let document = self.document();
         let urdf = Path::new(document.get("urdf")?.as_str()?);
-        let here = full(&self.folder)?;
+        let here = full(self.folder.as_deref()?)?;
         let there = full(path.parent()?)?;
         if urdf.is_absolute() || here == there {
             return None;
