@@ -12,7 +12,7 @@ use crate::nearest::nearest;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Location {
     /// The file, as the caller named it.
-    pub file: String,
+    pub file: Box<str>,
     /// Line.
     pub line: u32,
     /// Column, in characters.
@@ -33,7 +33,7 @@ impl Location {
         let line = 1 + bytes.iter().filter(|b| **b == b'\n').count();
         // Bytes that continue a character of UTF-8 do not count.
         let column = 1 + bytes[start..].iter().filter(|b| *b & 0xC0 != 0x80).count();
-        Self { file: file.to_owned(), line: line as u32, column: column as u32 }
+        Self { file: file.into(), line: line as u32, column: column as u32 }
     }
 }
 

@@ -78,11 +78,12 @@ fn check(table: &EffectTable, vocabulary: &Vocabulary, source: Source) -> Result
         let base = name.strip_suffix("_std").unwrap_or(name);
         let placed = matches!(name, "kind" | "joint" | "link");
         if !placed && !words.keys.contains(&name) && !words.keys.contains(&base) {
+            let ending = &name[base.len()..];
             return Err(UrdfError::UnknownKey {
                 at: source.at(key.span()),
                 table: format!("effect \"{}\"", words.kind),
                 key: name.to_owned(),
-                allowed: words.keys.iter().map(|k| (*k).to_owned()).collect(),
+                allowed: words.keys.iter().map(|k| format!("{k}{ending}")).collect(),
             });
         }
     }

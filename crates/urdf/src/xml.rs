@@ -48,7 +48,7 @@ fn syntax(file: &str, text: &str, error: &roxmltree::Error) -> UrdfError {
         roxmltree::Error::UnclosedRootNode | roxmltree::Error::NoRootNode => {
             Location::of(file, text, text.trim_end().len())
         }
-        _ => Location { file: file.to_owned(), line: position.row, column: position.col },
+        _ => Location { file: file.into(), line: position.row, column: position.col },
     };
     let detail = error.to_string().replace(&format!(" at {position}"), "");
     UrdfError::Syntax { at, language: "XML", detail, help: "close every element and quote every attribute" }

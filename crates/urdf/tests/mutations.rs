@@ -1,9 +1,9 @@
 //! Whatever a file holds, reading it gives a robot or an error, never a panic.
 
-mod arm;
-
-use arm::{SIDECAR, URDF};
 use sinew_urdf::{parse_robot, parse_urdf};
+
+const URDF: &str = include_str!("arm/arm.urdf");
+const SIDECAR: &str = include_str!("arm/arm.sinew.toml");
 
 const CASES: u64 = 2000;
 

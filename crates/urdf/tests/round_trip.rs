@@ -1,17 +1,18 @@
 //! What is written reads back, and what the author wrote stays.
 
-mod arm;
 mod difference;
 
 use std::fs;
 use std::path::PathBuf;
 
-use arm::{SIDECAR, URDF};
 use difference::difference;
 use sinew_model::{
     EffectSpec, Inertia, JointShape, JointSpec, Limits, ModelBuilder, Place, Pose, Setting, Trust, Vector3,
 };
 use sinew_urdf::{Sidecar, parse_robot, parse_urdf, read_robot, write_urdf};
+
+const URDF: &str = include_str!("arm/arm.urdf");
+const SIDECAR: &str = include_str!("arm/arm.sinew.toml");
 
 fn folder(name: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(format!("sinew-urdf-{name}-{}", std::process::id()));
