@@ -8,6 +8,9 @@ use crate::assembly::{require_dof, require_link};
 use crate::grammar::{Entries, Value};
 use crate::source::{Source, shown};
 
+// Keys whose values are names, which may look like numbers.
+const PLACES: [&str; 3] = ["kind", "joint", "link"];
+
 /// One table of the file.
 pub(crate) type EffectTable = Spanned<Entries<Spanned<Value>>>;
 
@@ -45,7 +48,7 @@ pub(crate) fn effect(table: &EffectTable, source: Source) -> Result<EffectSpec, 
     let mut settings = Vec::new();
     for (key, value) in &table.get_ref().0 {
         let setting = &value.get_ref().0;
-        check_finite(key.get_ref(), value, source)?;
+        check_value(key.get_ref(), value, source)?;
         match key.get_ref().as_str() {
             "kind" => kind = Some(word(key.get_ref(), value, source)?),
             "joint" | "link" => {
@@ -63,16 +66,7 @@ pub(crate) fn effect(table: &EffectTable, source: Source) -> Result<EffectSpec, 
                 let name = word(key.get_ref(), value, source)?;
                 place = if key.get_ref() == "joint" { Place::Joint(name) } else { Place::Link(name) };
             }
-            other => {
-                if let Setting::Word(text) = setting
-                    && text.trim().parse::<f64>().is_ok()
-                {
-                    let what = format!("effects.{other}: text where a number is expected");
-                    let help = "numbers stand without quotes";
-                    return Err(source.value(value.span(), what, format!("\"{text}\""), "a number", help));
-                }
-                settings.push((other.to_owned(), setting.clone()));
-            }
+            other => settings.push((other.to_owned(), setting.clone())),
         }
     }
     let kind = kind.ok_or_else(|| UrdfError::Missing {
@@ -107,23 +101,25 @@ fn no_word(key: &str, value: &Spanned<Value>, got: String, source: Source) -> Ur
     source.value(value.span(), what, got, "a name in quotes", "write the name in quotes")
 }
 
-fn check_finite(key: &str, value: &Spanned<Value>, source: Source) -> Result<(), UrdfError> {
+// Numbers are finite and not in quotes; a standard deviation is not negative.
+fn check_value(key: &str, value: &Spanned<Value>, source: Source) -> Result<(), UrdfError> {
+    let bad = |what: &str, got: String, allowed: &str, help| {
+        Err(source.value(value.span(), format!("effects.{key}: {what}"), got, allowed, help))
+    };
     let numbers = match &value.get_ref().0 {
+        Setting::Word(text) if text.trim().parse::<f64>().is_ok() && !PLACES.contains(&key) => {
+            let what = "text where a number is expected";
+            return bad(what, format!("\"{text}\""), "a number", "numbers stand without quotes");
+        }
+        Setting::Word(_) => return Ok(()),
         Setting::Number(x) => std::slice::from_ref(x),
         Setting::Numbers(x) => x.as_slice(),
-        Setting::Word(_) => &[],
     };
-    match numbers.iter().find(|x| !x.is_finite()) {
+    if let Some(x) = numbers.iter().find(|x| !x.is_finite()) {
+        return bad("not finite", shown(*x), "a finite number", "state the value, or leave the key out");
+    }
+    match numbers.iter().find(|x| key.ends_with("_std") && **x < 0.0) {
+        Some(x) => bad("must not be negative", shown(*x), "≥ 0", "state its size"),
         None => Ok(()),
-        Some(x) => {
-            let help = "state the value, or leave the key out";
-            Err(source.value(
-                value.span(),
-                format!("effects.{key}: not finite"),
-                shown(*x),
-                "a finite number",
-                help,
-            ))
-        }
     }
 }

@@ -26,6 +26,7 @@ mod urdf;
 mod urdf_writer;
 mod vocabulary;
 mod xml;
+mod xml_reader;
 
 pub use error::{Location, UrdfError};
 pub use note::{Note, Severity};

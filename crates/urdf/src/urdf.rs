@@ -76,6 +76,7 @@ pub(crate) fn parse_located(text: &str, file: &str) -> Result<(UrdfModel, Checke
         let at = offset_of(&xml, &source).unwrap_or(0);
         UrdfError::Model { at: Location::of(file, text, at), source }
     })?;
+    check_size(&model, &xml, file, text)?;
     let mut notes = std::mem::take(&mut xml.notes);
     let effects = friction(&urdf, &model, |joint, statement| {
         let at = xml.joints.get(joint).copied().unwrap_or(0);
@@ -125,6 +126,29 @@ fn build(urdf: &urdf_rs::Robot, name: &str) -> Result<Model, ModelError> {
         builder.joint(spec);
     }
     builder.build()
+}
+
+// Finite numbers can still be so large that their products are not.
+fn check_size(model: &Model, xml: &CheckedXml, file: &str, text: &str) -> Result<(), UrdfError> {
+    for joint in &model.joints {
+        let (i, p) = (&joint.inertia, joint.placement.translation);
+        let moment = i.second_moment;
+        let size =
+            [i.mass, i.first_moment.norm(), moment.xx, moment.yy, moment.zz, p.norm()].iter().sum::<f64>();
+        if !size.is_finite() {
+            return Err(UrdfError::Value {
+                at: Location::of(file, text, xml.joints.get(&joint.name).copied().unwrap_or(0)),
+                what: format!(
+                    "joint \"{}\": its place or the inertia it moves is beyond all numbers",
+                    joint.name
+                ),
+                got: size.to_string(),
+                allowed: "lengths in m, masses in kg".to_owned(),
+                help: "check the units",
+            });
+        }
+    }
+    Ok(())
 }
 
 fn pose(origin: &urdf_rs::Pose) -> Pose<f64> {

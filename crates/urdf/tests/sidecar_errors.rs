@@ -209,6 +209,10 @@ fn bending_needs_one_stiffness_axes_and_a_length() {
 
 #[test]
 fn an_effect_is_stated_once_with_a_kind_and_one_place() {
+    assert!(
+        message("[[effects]]\nkind = \"x\"\nmass_std = -1\n")
+            .contains("effects.mass_std: must not be negative")
+    );
     assert_eq!(
         message(
             "[[effects]]\nkind = \"backlash\"\njoint = \"elbow\"\n\n[[effects]]\njoint = \"elbow\"\nkind = \"backlash\"\n"

@@ -123,6 +123,14 @@ fn what_cannot_be_is_refused() {
 }
 
 #[test]
+fn finite_numbers_beyond_all_sense_are_refused() {
+    assert_eq!(
+        changed("mass value=\"3\"", "mass value=\"1e308\""),
+        "arm.urdf:19:3: joint \"shoulder\": its place or the inertia it moves is beyond all numbers (got inf, allowed: lengths in m, masses in kg)\n  help: check the units"
+    );
+}
+
+#[test]
 fn a_mechanism_that_is_no_tree_is_placed_at_its_joint() {
     assert!(
         changed("<child link=\"upper\"/>", "<child link=\"uper\"/>")
