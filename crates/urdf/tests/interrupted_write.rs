@@ -52,7 +52,11 @@ fn a_process_killed_while_it_writes_leaves_a_whole_file() {
             .stdout(Stdio::null())
             .spawn()
             .unwrap();
-        std::thread::sleep(Duration::from_millis(20 + delay));
+        // It is at work once the long text has been seen.
+        while fs::read_to_string(&target).unwrap() != whole[1] {
+            assert!(writer.try_wait().unwrap().is_none(), "the writer ended by itself");
+        }
+        std::thread::sleep(Duration::from_micros(100 * delay));
         writer.kill().unwrap();
         writer.wait().unwrap();
         assert!(whole.contains(&fs::read_to_string(&target).unwrap()));
