@@ -2,8 +2,8 @@
 
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-use crate::Scalar;
 use crate::scalar::sealed::Sealed;
+use crate::{Scalar, elementary};
 
 /// `N` numbers that go through the same operations side by side: one for each configuration of a batch.
 ///
@@ -14,8 +14,20 @@ use crate::scalar::sealed::Sealed;
 pub struct Lanes<const N: usize>(pub [f64; N]);
 
 impl<const N: usize> Lanes<N> {
+    /// True if every lane answers yes.
     #[inline(always)]
-    fn map(self, f: impl Fn(f64) -> f64) -> Self {
+    pub(crate) fn all(self, f: impl Fn(f64) -> bool) -> bool {
+        // no early exit: one test of all lanes
+        let mut all = true;
+        for x in self.0 {
+            all &= f(x);
+        }
+        all
+    }
+
+    /// Each lane through `f`.
+    #[inline(always)]
+    pub(crate) fn map(self, f: impl Fn(f64) -> f64) -> Self {
         let mut out = self.0;
         for x in &mut out {
             *x = f(*x);
@@ -23,8 +35,9 @@ impl<const N: usize> Lanes<N> {
         Self(out)
     }
 
+    /// Each pair of lanes through `f`.
     #[inline(always)]
-    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+    pub(crate) fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
         let mut out = self.0;
         for k in 0..N {
             out[k] = f(out[k], other.0[k]);
@@ -56,7 +69,7 @@ impl<const N: usize> Scalar for Lanes<N> {
     }
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
-        (self.map(f64::sin), self.map(f64::cos))
+        elementary::sin_cos(self)
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
@@ -64,15 +77,15 @@ impl<const N: usize> Scalar for Lanes<N> {
     }
     #[inline(always)]
     fn exp(self) -> Self {
-        self.map(f64::exp)
+        elementary::exp(self)
     }
     #[inline(always)]
     fn tanh(self) -> Self {
-        self.map(f64::tanh)
+        elementary::tanh(self)
     }
     #[inline(always)]
     fn ln(self) -> Self {
-        self.map(f64::ln)
+        elementary::ln(self)
     }
     #[inline(always)]
     fn abs(self) -> Self {

@@ -12,6 +12,7 @@ mod articulated;
 mod builder;
 mod description;
 mod dual;
+mod elementary;
 mod error;
 mod inertia;
 mod joint;

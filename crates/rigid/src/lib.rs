@@ -19,6 +19,7 @@
 //! ```
 #![allow(non_snake_case)]
 
+mod batch;
 mod bodies;
 mod coriolis;
 mod energy;
@@ -34,6 +35,10 @@ mod scratch;
 mod tool_wrench;
 mod workspace;
 
+pub use batch::{
+    BatchWorkspace, forward_dynamics_batch, forward_dynamics_batch_into, inverse_dynamics_batch,
+    inverse_dynamics_batch_into, mass_matrix_batch, mass_matrix_batch_into,
+};
 pub use bodies::{Bodies, inertias};
 pub use coriolis::{coriolis_matrix, coriolis_matrix_into, coriolis_matrix_with};
 pub use energy::{
