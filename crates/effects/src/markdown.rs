@@ -27,7 +27,7 @@ fn section(out: &mut String, card: &Card) {
     *out += &format!("\n## {}\n\n{}.\n\n```text\n{}\n```\n\n", card.name, card.title, card.law);
     *out += &format!("- Looks like: {}\n", card.symptom);
     *out += &format!("- Energy: {}\n", wording::energy(card.energy));
-    *out += &format!("- Acts at {}\n", wording::place(card));
+    *out += &format!("- Acts on {}\n", wording::place(card));
     let needs: Vec<_> = card.requires.iter().map(wording::requirement).collect();
     if !needs.is_empty() {
         *out += &format!("- Needs {}\n", needs.join("; "));

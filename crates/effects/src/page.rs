@@ -24,7 +24,7 @@ pub fn page(card: &Card) -> String {
         ("symptom", card.symptom),
         ("energy", wording::energy(card.energy)),
         ("class", wording::family(card.family)),
-        ("acts at", &wording::place(card)),
+        ("acts on", &wording::place(card)),
         ("needs", &needs.join("; ")),
     ] {
         if !text.is_empty() {

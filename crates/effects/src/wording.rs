@@ -71,6 +71,7 @@ pub(crate) fn prior(parameter: &Parameter) -> String {
     match (parameter.role, parameter.prior) {
         (Role::Stated, _) => "–".to_owned(),
         (_, Prior::Share(share)) => format!("± {} %", (1000.0 * share).round() / 10.0),
+        (_, Prior::Absolute(std)) if parameter.unit == "–" => format!("± {std}"),
         (_, Prior::Absolute(std)) => format!("± {std} {}", parameter.unit),
         (_, Prior::Factor(log)) => format!("× or ÷ {:.1}", log.exp()),
         (_, Prior::Free) => "free".to_owned(),
