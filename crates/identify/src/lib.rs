@@ -1,1 +1,41 @@
 //! Compare a model with measurements, find the missing effect, fit it, and say how sure that is.
+//!
+//! [`compare`] evaluates the model as it stands, [`diagnose`] names what is missing, [`fit`] estimates parameters and
+//! [`discover`] repeats the loop until nothing structured is left or nothing in the catalogue explains the rest.
+//! All of them look at one residual: the measured motor motion is imposed on the plant, and every other sensor is
+//! compared with what the plant predicts for it.
+
+mod base;
+mod colour;
+mod comparison;
+mod diagnosis;
+mod error;
+mod explore;
+mod features;
+mod fitting;
+mod gates;
+mod imposed;
+mod least_squares;
+mod options;
+mod problem;
+mod record;
+mod refit;
+mod remainder;
+mod report;
+mod residual;
+mod scale;
+mod screen;
+mod search;
+mod trial;
+mod unknowns;
+mod verdict;
+mod views;
+
+pub use comparison::{Comparison, RunError, SignalError, Trace, compare};
+pub use diagnosis::{
+    Accepted, CandidateReport, ChannelReport, Diagnosis, FalseAcceptance, RivalReport, diagnose,
+};
+pub use error::IdentifyError;
+pub use fitting::{Fit, ParameterReport, StepReport, discover, fit};
+pub use options::Options;
+pub use report::{Finding, Refusal, Verdict};

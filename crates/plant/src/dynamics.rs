@@ -118,6 +118,10 @@ impl<'a, S: Kind> Dynamics<'a, S> {
     pub fn coefficients(&self) -> &Coefficients<S> {
         &self.coefficients
     }
+    /// Position error and free play of every gear, at the state last evaluated.
+    pub fn gears(&self) -> &[Deflection<S>] {
+        &self.gears
+    }
     /// The plant.
     pub fn plant(&self) -> &'a Plant {
         self.plant

@@ -1,0 +1,174 @@
+//! What is free before any effect is missing: parameters within their tolerances, offsets, one clock.
+//!
+//! Inertias, friction and springs of the URDF and the sidecar are known to a tolerance, sensors have small offsets,
+//! and two encoders of one joint may not be read at the same instant. All this enters every fit as effects with
+//! priors. Where the data pull a parameter out of its tolerance, releasing it is a candidate like any other.
+
+use sinew_data::Run;
+use sinew_effect::{Catalogue, Sensor};
+use sinew_model::{EffectSpec, Inertia, Model, Place, Robot, Setting, Trust};
+
+use crate::record::{Channel, Record, Sensors};
+
+/// Effects of the base besides those that robot and sidecar state.
+pub(crate) fn nuisances(
+    robot: &Robot,
+    catalogue: &Catalogue,
+    sensors: &Sensors,
+    records: &[Record],
+) -> Vec<EffectSpec> {
+    let stated = robot.all_effects();
+    let is_stated = |s: &EffectSpec| stated.iter().any(|e| e.kind == s.kind && e.place == s.place);
+    let mut specs = Vec::new();
+    for joint in 0..robot.model.joints.len() {
+        specs.extend(inertial(robot, joint));
+    }
+    for (index, channel) in sensors.channels.iter().enumerate() {
+        specs.extend(instrument(robot, channel, records, index));
+    }
+    specs.retain(|s| catalogue.find(&s.kind).is_some() && !is_stated(s));
+    specs
+}
+
+/// True for effects that are in every fit and are no finding by themselves.
+pub(crate) fn is_nuisance(kind: &str) -> bool {
+    NUISANCES.contains(&kind)
+}
+
+const NUISANCES: [&str; 6] = [
+    "link_mass",
+    "link_first_moment",
+    "link_inertia",
+    "torque_sensor_offset",
+    "position_sensor_offset",
+    "time_skew",
+];
+
+// Tolerances of a URDF's inertias, as shares: mass, first moment, lateral first moment, inertia.
+fn tolerances(trust: Trust) -> [f64; 4] {
+    match trust {
+        Trust::Exact => [0.001; 4],
+        Trust::Nominal => [0.03, 0.03, 0.02, 0.05],
+        Trust::Unknown => [10.0; 4],
+    }
+}
+
+fn inertial(robot: &Robot, joint: usize) -> Vec<EffectSpec> {
+    let model = &robot.model;
+    // The link that stands in the joint's frame carries the body's deltas.
+    let owner = model.links.iter().find(|l| l.body.is_some_and(|b| b.0 == joint));
+    let Some(link) = owner else { return Vec::new() };
+    let place = || Place::Link(link.name.clone());
+    let body = &model.joints[joint].inertia;
+    let [mass, first, lateral, second] = tolerances(robot.trust);
+    let reach = reach(model, joint);
+    let main = body.first_moment.norm();
+    let floor = 0.01 / 0.03 * first * body.mass * reach;
+    let moment = |component: f64| {
+        let along = if main > 0.0 { component.abs() / main } else { 0.0 };
+        let share = first * along + lateral * (1.0 - along);
+        (share * main).max(floor).max(1e-6)
+    };
+    let h = body.first_moment;
+    let size = inertia_size(body, reach);
+    let with = |kind: &str, key: &str, values: Vec<f64>, stds: Vec<f64>| {
+        let mut spec = EffectSpec::new(kind, place());
+        spec.settings.push((key.to_owned(), Setting::Numbers(values)));
+        spec.settings.push((format!("{key}_std"), Setting::Numbers(stds)));
+        spec
+    };
+    let diagonal = second * size;
+    let product = 0.4 * diagonal;
+    vec![
+        EffectSpec::new("link_mass", place())
+            .with("mass", 0.0)
+            .with("mass_std", (mass * body.mass).max(1e-6)),
+        with("link_first_moment", "first_moment", vec![0.0; 3], vec![moment(h.x), moment(h.y), moment(h.z)]),
+        with(
+            "link_inertia",
+            "inertia",
+            vec![0.0; 6],
+            vec![diagonal, diagonal, diagonal, product, product, product],
+        ),
+    ]
+}
+
+fn inertia_size(body: &Inertia<f64>, reach: f64) -> f64 {
+    let i = body.second_moment;
+    i.xx.max(i.yy).max(i.zz).max(1e-3 * body.mass * reach * reach).max(1e-9)
+}
+
+// How far the body extends: the distance of its farthest child joint, or twice its centre's, m.
+fn reach(model: &Model, joint: usize) -> f64 {
+    let children = model.joints.iter().filter(|j| j.parent.is_some_and(|p| p.0 == joint));
+    let farthest = children.map(|j| j.placement.translation.norm()).fold(0.0, f64::max);
+    farthest.max(2.0 * model.joints[joint].inertia.centre_of_mass().norm()).max(1e-3)
+}
+
+// One offset a sensor; one clock error between the two encoders of a joint.
+fn instrument(robot: &Robot, channel: &Channel, records: &[Record], index: usize) -> Vec<EffectSpec> {
+    let place = || Place::Joint(robot.model.dof_name(channel.dof).to_owned());
+    let one = |kind: &str, key: &str, std: f64| {
+        EffectSpec::new(kind, place()).with(key, 0.0).with(&format!("{key}_std"), std)
+    };
+    let period = records.iter().map(|r| r.scales.period).fold(0.0, f64::max);
+    match channel.sensor {
+        Sensor::MotorTorque | Sensor::JointTorque => {
+            let top = records.iter().flat_map(|r| &r.measured[index]).fold(0.0f64, |m, x| m.max(x.abs()));
+            let mut offset = one("torque_sensor_offset", "offset", (0.01 * top).max(1e-6));
+            if channel.sensor == Sensor::JointTorque {
+                offset.settings.push(("signal".to_owned(), Setting::Word("joint_torque".to_owned())));
+            }
+            vec![offset]
+        }
+        Sensor::JointPosition => {
+            vec![one("position_sensor_offset", "offset", 3e-4), one("time_skew", "time", period)]
+        }
+    }
+}
+
+/// A joint whose torque sensors would share one offset effect keeps the motor's only.
+pub(crate) fn deduplicated(specs: Vec<EffectSpec>) -> Vec<EffectSpec> {
+    let mut kept: Vec<EffectSpec> = Vec::new();
+    for spec in specs {
+        let word = |s: &EffectSpec| s.get("signal").cloned();
+        if !kept.iter().any(|k| k.kind == spec.kind && k.place == spec.place && word(k) == word(&spec)) {
+            kept.push(spec);
+        }
+    }
+    kept
+}
+
+/// Notes on the runs that belong to the scope of every verdict.
+pub(crate) fn scope(robot: &Robot, sensors: &Sensors, runs: &[Run]) -> String {
+    let model = &robot.model;
+    let named =
+        |list: Vec<usize>| list.iter().map(|&d| model.dof_name(d).to_owned()).collect::<Vec<_>>().join(", ");
+    let seconds: f64 = runs.iter().map(Run::duration).sum();
+    let list: Vec<String> =
+        sensors.channels.iter().map(|c| format!("{}.{}", c.signal(), model.dof_name(c.dof))).collect();
+    let held: Vec<usize> = (0..model.nv).filter(|&d| sensors.imposed[d].is_none()).collect();
+    let mut text = format!(
+        "{} run{} of {seconds:.0} s in all; compared: {}; inertias of the URDF taken as {}",
+        runs.len(),
+        if runs.len() == 1 { "" } else { "s" },
+        list.join(", "),
+        match robot.trust {
+            Trust::Exact => "exact",
+            Trust::Nominal => "nominal (a few per cent)",
+            Trust::Unknown => "unknown",
+        }
+    );
+    if !held.is_empty() {
+        text.push_str(&format!("; not measured and taken as held at zero: {}", named(held)));
+    }
+    let torque = |d: usize| sensors.channels.iter().any(|c| c.dof == d && c.sensor == Sensor::MotorTorque);
+    let blind: Vec<usize> = (0..model.nv).filter(|&d| sensors.imposed[d].is_some() && !torque(d)).collect();
+    if !blind.is_empty() {
+        text.push_str(&format!(
+            "; without motor torque, motor friction and rotor inertia cannot be seen in {}",
+            named(blind)
+        ));
+    }
+    text
+}

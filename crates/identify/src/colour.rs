@@ -1,0 +1,266 @@
+//! The noise of the residual rows: how large, how coloured, and the filter that makes it white.
+//!
+//! The colour is computed, not fitted: white noise of a sensor through the kernels h and φ, and noise of the imposed
+//! position through kernels and model. Only the scale is taken from data, from what a saturated regression leaves.
+
+use sinew_data::{Smoother, autocovariance};
+use sinew_plant::Plant;
+
+use crate::least_squares::{Ridge, cross, matrix};
+use crate::record::Record;
+use crate::residual::{Layout, ResidualForm};
+
+/// Noise of one channel.
+#[derive(Debug, Clone)]
+pub(crate) struct ChannelNoise {
+    /// Standard deviation of a row away from reversals.
+    pub scale: f64,
+    /// How much reversals add: σ = scale √(1 + κ W²).
+    pub kappa: f64,
+    /// Autoregression of the rows.
+    pub ar: Vec<f64>,
+    /// Standard deviation of the innovation of rows in units of `scale`.
+    pub innovation: f64,
+    /// The reachable floor: the largest of resolution, instrument and saturated scale.
+    pub floor: f64,
+}
+
+/// The filter that turns rows into white noise of unit variance.
+#[derive(Debug, Clone)]
+pub(crate) struct Whitener {
+    pub channels: Vec<ChannelNoise>,
+}
+
+// Order of the autoregression; the kernels reach over five rows.
+const ORDER: usize = 6;
+// Realisations of the position noise.
+const SHAKES: u64 = 3;
+// Share of white noise added to the computed colour: no colour is known better.
+const WHITE_SHARE: f64 = 0.02;
+// κ of channels other than motor torque.
+const POSITION_KAPPA: f64 = 60.0;
+// Largest share of the rows' freedom that the saturated regression may use.
+const MOST_FREEDOM: f64 = 0.4;
+
+impl Whitener {
+    /// Whitened rows; rows that do not count and the first of each segment become zero.
+    pub fn apply(&self, layout: &Layout, rows: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; rows.len()];
+        for segment in &layout.segments {
+            let noise = &self.channels[segment.channel];
+            let order = noise.ar.len();
+            let scaled: Vec<f64> = (segment.first..segment.first + segment.len)
+                .map(|k| {
+                    let sigma = noise.scale * (1.0 + noise.kappa * layout.reversal[k].powi(2)).sqrt();
+                    if layout.keep[k] { rows[k] / sigma } else { 0.0 }
+                })
+                .collect();
+            for k in order..segment.len {
+                if layout.keep[segment.first + k] {
+                    // e_k − Σ a_i e_{k−i}
+                    let predicted: f64 = (1..=order).map(|i| noise.ar[i - 1] * scaled[k - i]).sum();
+                    out[segment.first + k] = (scaled[k] - predicted) / noise.innovation;
+                }
+            }
+        }
+        out
+    }
+
+    /// Whitened columns.
+    pub fn apply_all(&self, layout: &Layout, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        columns.iter().map(|c| self.apply(layout, c)).collect()
+    }
+
+    /// The noise of every channel of a model whose rows, columns and generic predictors are given.
+    pub fn estimate(
+        form: &dyn ResidualForm,
+        records: &[Record],
+        plant: &Plant,
+        p: &[f64],
+        residual: &[f64],
+        columns: &[&[Vec<f64>]],
+        seed: u64,
+    ) -> Self {
+        let layout = form.layout();
+        let shakes: Vec<Vec<f64>> = (0..SHAKES)
+            .map(|s| form.position_noise(plant, p, seed.wrapping_mul(31).wrapping_add(s * 7919)))
+            .collect();
+        let channels = (0..layout.channels.len())
+            .map(|c| {
+                let left = saturated(layout, c, residual, columns);
+                let instrument = instrument_floor(records, c);
+                let encoder = mean_covariance(layout, c, &shakes);
+                channel_noise(layout, c, &left, instrument, &encoder, &records[0])
+            })
+            .collect();
+        Self { channels }
+    }
+}
+
+fn channel_noise(
+    layout: &Layout,
+    c: usize,
+    left: &[f64],
+    instrument: f64,
+    encoder: &[f64],
+    record: &Record,
+) -> ChannelNoise {
+    let rows: Vec<usize> = rows_of(layout, c).collect();
+    let quiet: Vec<f64> =
+        rows.iter().zip(left).filter(|(k, _)| layout.reversal[**k] < 0.02).map(|(_, e)| *e).collect();
+    let sample = if quiet.len() > rows.len() / 4 { &quiet } else { left };
+    let scale = robust_std(sample).max(instrument).max(encoder[0].sqrt()).max(1e-12);
+    let torque = layout.channels[c].signal() == "motor_torque";
+    let kappa = if torque { reversal_kappa(layout, &rows, left, scale) } else { POSITION_KAPPA };
+    // c(τ) = σ_w² ρ_g(τ) + c_encoder(τ), of variance scale²
+    let white = white_covariance(record);
+    let share = (scale * scale - encoder[0]).max(0.05 * scale * scale) / white[0];
+    let mut covariance: Vec<f64> = (0..=ORDER).map(|m| share * white[m] + encoder[m]).collect();
+    covariance[0] *= 1.0 + WHITE_SHARE;
+    let (ar, innovation) = autoregression(&covariance);
+    let mut noise = ChannelNoise { scale, kappa, ar, innovation, floor: scale };
+    // The whitened remainder of the saturated regression has unit scale.
+    let mut full = vec![0.0; layout.len];
+    for (k, e) in rows.iter().zip(left) {
+        full[*k] = *e;
+    }
+    let mut channels = vec![noise.clone(); layout.channels.len()];
+    channels[c] = noise.clone();
+    let whitened = Whitener { channels }.apply(layout, &full);
+    let values: Vec<f64> = rows.iter().map(|&k| whitened[k]).filter(|x| *x != 0.0).collect();
+    let unit = robust_std(&values);
+    if unit > 0.0 {
+        noise.innovation *= unit.max(0.5);
+    }
+    noise
+}
+
+pub(crate) fn rows_of(layout: &Layout, channel: usize) -> impl Iterator<Item = usize> {
+    layout.of_channel(channel).flat_map(|s| s.first..s.first + s.len).filter(|&k| layout.keep[k])
+}
+
+// κ = max(0, Σ(e²/s² − 1) W² / Σ W⁴) over reversals
+fn reversal_kappa(layout: &Layout, rows: &[usize], left: &[f64], scale: f64) -> f64 {
+    let (mut top, mut bottom) = (0.0, 0.0);
+    for (&k, e) in rows.iter().zip(left) {
+        let w = layout.reversal[k];
+        if w > 0.03 {
+            top += ((e / scale).powi(2) - 1.0) * w * w;
+            bottom += w.powi(4);
+        }
+    }
+    if bottom > 0.0 { (top / bottom).max(0.0) } else { 0.0 }
+}
+
+/// What is left of a channel when everything that could be meant is fitted at once, corrected for its freedom.
+fn saturated(layout: &Layout, c: usize, residual: &[f64], columns: &[&[Vec<f64>]]) -> Vec<f64> {
+    let rows: Vec<usize> = rows_of(layout, c).collect();
+    let y: Vec<f64> = rows.iter().map(|&k| residual[k]).collect();
+    let mut x: Vec<Vec<f64>> = Vec::new();
+    for column in columns.iter().flat_map(|set| set.iter()) {
+        let mut v: Vec<f64> = rows.iter().map(|&k| column[k]).collect();
+        let norm = v.iter().map(|a| a * a).sum::<f64>().sqrt();
+        if norm > 0.0 && norm.is_finite() {
+            v.iter_mut().for_each(|a| *a /= norm);
+            x.push(v);
+        }
+    }
+    if x.is_empty() || rows.len() < 10 {
+        return y;
+    }
+    let x = matrix(&x);
+    let right = cross(&x, &matrix(std::slice::from_ref(&y)));
+    let right: Vec<f64> = (0..x.ncols()).map(|i| right[(i, 0)]).collect();
+    let Some(ridge) = Ridge::new(&cross(&x, &x), &right) else { return y };
+    let n = rows.len() as f64;
+    let mut lambda = 1e-8;
+    while ridge.freedom(lambda) > MOST_FREEDOM * n && lambda < 1e3 {
+        lambda *= 3.0;
+    }
+    let b = ridge.coefficients(lambda);
+    let correction = (n / (n - ridge.freedom(lambda)).max(0.1 * n)).sqrt();
+    (0..rows.len())
+        .map(|k| {
+            let fitted: f64 = (0..b.len()).map(|j| x[(k, j)] * b[j]).sum();
+            (y[k] - fitted) * correction
+        })
+        .collect()
+}
+
+// Raw sensor noise through h and φ; averaged over runs.
+fn instrument_floor(records: &[Record], c: usize) -> f64 {
+    let sum: f64 = records.iter().map(|r| (r.noise[c]).powi(2) * white_covariance(r)[0]).sum();
+    (sum / records.len() as f64).sqrt()
+}
+
+// Autocovariance, at row lags, of unit white noise at the sample rate through h and φ.
+fn white_covariance(record: &Record) -> Vec<f64> {
+    let s = &record.scales;
+    let h = Smoother::new(s.smooth, s.period);
+    let phi = record.kernel();
+    let mut g = vec![0.0; h.weights().len() + (phi.weights().len() - 1) * s.stride];
+    for (i, f) in phi.weights().iter().enumerate() {
+        for (j, w) in h.weights().iter().enumerate() {
+            g[i * s.stride + j] += f * w;
+        }
+    }
+    let lag = s.every * s.stride;
+    (0..=ORDER).map(|m| g.iter().zip(g.iter().skip(m * lag)).map(|(a, b)| a * b).sum()).collect()
+}
+
+fn mean_covariance(layout: &Layout, c: usize, shakes: &[Vec<f64>]) -> Vec<f64> {
+    let mut mean = vec![0.0; ORDER + 1];
+    let mut count = 0.0;
+    for shake in shakes {
+        for segment in layout.of_channel(c) {
+            let rows = &shake[segment.first..segment.first + segment.len];
+            for (sum, value) in mean.iter_mut().zip(autocovariance(rows, ORDER)) {
+                *sum += value * segment.len as f64;
+            }
+            count += segment.len as f64;
+        }
+    }
+    mean.iter_mut().for_each(|x| *x /= f64::max(count, 1.0));
+    mean
+}
+
+/// Yule–Walker by Levinson's recursion: coefficients, and innovation by standard deviation.
+fn autoregression(covariance: &[f64]) -> (Vec<f64>, f64) {
+    let mut a: Vec<f64> = Vec::new();
+    let mut error = covariance[0];
+    for m in 1..covariance.len() {
+        let predicted: f64 = a.iter().enumerate().map(|(i, ai)| ai * covariance[m - 1 - i]).sum();
+        let k = (covariance[m] - predicted) / error;
+        let mirrored: Vec<f64> = a.iter().rev().copied().collect();
+        for (ai, mi) in a.iter_mut().zip(mirrored) {
+            *ai -= k * mi;
+        }
+        a.push(k);
+        error *= 1.0 - k * k;
+    }
+    (a, (error / covariance[0]).max(1e-6).sqrt())
+}
+
+/// 1.4826 median |x|: the standard deviation of normal numbers whose outliers do not count.
+pub(crate) fn robust_std(values: &[f64]) -> f64 {
+    let mut sizes: Vec<f64> = values.iter().map(|x| x.abs()).collect();
+    if sizes.is_empty() {
+        return 0.0;
+    }
+    sizes.sort_by(f64::total_cmp);
+    1.4826 * sizes[sizes.len() / 2]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_autoregression_of_first_order_is_found() {
+        // c(τ) = 0.6^τ
+        let covariance: Vec<f64> = (0..5).map(|m| 0.6f64.powi(m)).collect();
+        let (a, innovation) = autoregression(&covariance);
+        assert!((a[0] - 0.6).abs() < 1e-12 && a[1..].iter().all(|x| x.abs() < 1e-12));
+        assert!((innovation - (1.0 - 0.36f64).sqrt()).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,245 @@
+//! Compare: how far the model, as it stands, is from the measurement.
+
+use serde::Serialize;
+
+use sinew_data::Run;
+use sinew_effect::Catalogue;
+use sinew_model::Robot;
+
+use crate::base::{deduplicated, nuisances};
+use crate::colour::rows_of;
+use crate::problem::{Candidate, Problem};
+use crate::record::{Record, Sensors};
+use crate::report::Finding;
+use crate::residual::Imposed;
+use crate::scale::Scales;
+use crate::search::{Search, State};
+use crate::verdict::rms;
+use crate::views::findings;
+use crate::{IdentifyError, Options};
+
+/// The error of one signal of one joint.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SignalError {
+    /// The quantity, as in a run's header.
+    pub signal: String,
+    /// The joint.
+    pub joint: String,
+    /// Unit of the three numbers.
+    pub unit: String,
+    /// Root mean square of measured minus predicted.
+    pub rms_error: f64,
+    /// Standard deviation of what was measured.
+    pub rms_measured: f64,
+    /// The error that noise alone would leave.
+    pub noise_floor: f64,
+    /// 100 · (1 − error/measured).
+    pub fit_percent: f64,
+    /// True if the error is within a tenth of the floor.
+    pub white: bool,
+}
+
+/// The error of one run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RunError {
+    /// The run.
+    pub run: String,
+    /// Its length, s.
+    pub duration: f64,
+    /// Root mean square of all signals, each divided by its noise floor.
+    pub rms_error: f64,
+}
+
+/// A signal along a run, thinned for drawing.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Trace {
+    /// The run.
+    pub run: String,
+    /// The quantity.
+    pub signal: String,
+    /// The joint.
+    pub joint: String,
+    /// Unit of the values.
+    pub unit: String,
+    /// Times, s.
+    pub time: Vec<f64>,
+    /// What was measured.
+    pub measured: Vec<f64>,
+    /// What the model predicts.
+    pub predicted: Vec<f64>,
+    /// Motor velocity at the same times.
+    pub speed: Vec<f64>,
+    /// Motor position at the same times.
+    pub position: Vec<f64>,
+}
+
+/// What a comparison finds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Comparison {
+    /// Errors by signal and joint.
+    pub signals: Vec<SignalError>,
+    /// Errors by run.
+    pub runs: Vec<RunError>,
+    /// Root mean square of all signals, each divided by its noise floor.
+    pub rms_error: f64,
+    /// Where, when and in which regime it fails.
+    pub findings: Vec<Finding>,
+    /// The curves behind the numbers.
+    #[serde(skip)]
+    pub traces: Vec<Trace>,
+}
+
+/// Compares the model as it stands with the runs: nothing is fitted; the noise floor is what a fit of everything the
+/// catalogue offers would leave.
+///
+/// # Errors
+/// If the robot is no plant or a run lacks the signals.
+pub fn compare(
+    robot: &Robot,
+    catalogue: &Catalogue,
+    runs: &[Run],
+    options: &Options,
+) -> Result<Comparison, IdentifyError> {
+    let prepared = Prepared::new(robot, runs, options)?;
+    let form = prepared.form(robot);
+    let problem = Problem { robot, catalogue, form: &form, options };
+    let search = Search::new(&problem, &prepared.records, &prepared.sensors);
+    let base = search.base(prepared.base_specs(robot, catalogue))?;
+    let floors: Vec<f64> = base.whitener.channels.iter().map(|c| c.floor).collect();
+    Ok(as_given(&search, &base, &floors)?.0)
+}
+
+/// The comparison of the model as given, and its residual rows.
+pub(crate) fn as_given(
+    search: &Search,
+    base: &State,
+    floors: &[f64],
+) -> Result<(Comparison, Vec<f64>), IdentifyError> {
+    let problem = search.problem;
+    let model = Candidate::new(problem, problem.robot.all_effects())?;
+    let residual = model.residual(problem);
+    let comparison = Comparison {
+        signals: signals(search, &residual, floors),
+        runs: run_errors(search, &residual, floors),
+        rms_error: total(search, &residual, floors),
+        findings: findings(search, &residual, floors, &base.whitener),
+        traces: traces(search, &model),
+    };
+    Ok((comparison, residual))
+}
+
+/// Runs made ready, with what they measure.
+pub(crate) struct Prepared {
+    pub records: Vec<Record>,
+    pub sensors: Sensors,
+}
+
+impl Prepared {
+    pub fn new(robot: &Robot, runs: &[Run], options: &Options) -> Result<Self, IdentifyError> {
+        let sensors = Sensors::of(robot, runs)?;
+        let scales = Scales::of(runs, options);
+        Self::with(robot, runs, sensors, scales)
+    }
+
+    /// The same channels and scales for other runs of the robot.
+    pub fn with(
+        robot: &Robot,
+        runs: &[Run],
+        sensors: Sensors,
+        scales: Scales,
+    ) -> Result<Self, IdentifyError> {
+        let records =
+            runs.iter().map(|run| Record::new(robot, run, &sensors, scales)).collect::<Result<_, _>>()?;
+        Ok(Self { records, sensors })
+    }
+
+    pub fn form(&self, robot: &Robot) -> Imposed<'_> {
+        let elastic = robot.joints.iter().any(|j| j.stiffness.is_some()) || !robot.couplings.is_empty();
+        Imposed::new(&self.records, &self.sensors.channels, elastic, robot.model.nv)
+    }
+
+    /// The effects of the robot with the nuisances of these runs.
+    pub fn base_specs(&self, robot: &Robot, catalogue: &Catalogue) -> Vec<sinew_model::EffectSpec> {
+        let mut specs = robot.all_effects();
+        specs.extend(deduplicated(nuisances(robot, catalogue, &self.sensors, &self.records)));
+        specs
+    }
+}
+
+pub(crate) fn signals(search: &Search, residual: &[f64], floors: &[f64]) -> Vec<SignalError> {
+    let layout = search.problem.form.layout();
+    let model = &search.problem.robot.model;
+    layout
+        .channels
+        .iter()
+        .enumerate()
+        .map(|(c, channel)| {
+            let rms_error = rms(rows_of(layout, c).map(|k| residual[k]));
+            let rms_measured = search.channel_std[c];
+            SignalError {
+                signal: channel.signal().to_owned(),
+                joint: model.dof_name(channel.dof).to_owned(),
+                unit: channel.unit(model).to_owned(),
+                rms_error,
+                rms_measured,
+                noise_floor: floors[c],
+                fit_percent: 100.0 * (1.0 - rms_error / rms_measured),
+                white: rms_error < 1.1 * floors[c],
+            }
+        })
+        .collect()
+}
+
+fn run_errors(search: &Search, residual: &[f64], floors: &[f64]) -> Vec<RunError> {
+    let layout = search.problem.form.layout();
+    let of = |r: usize| {
+        let rows = layout.segments.iter().filter(move |s| s.record == r);
+        let scaled = rows.flat_map(|s| {
+            (s.first..s.first + s.len)
+                .filter(|&k| layout.keep[k])
+                .map(move |k| residual[k] / floors[s.channel])
+        });
+        rms(scaled)
+    };
+    let records = search.records.iter().enumerate();
+    records
+        .map(|(r, record)| RunError {
+            run: record.name.clone(),
+            duration: record.time.last().unwrap_or(&0.0) - record.time[0],
+            rms_error: of(r),
+        })
+        .collect()
+}
+
+/// Root mean square over channels of error by floor.
+pub(crate) fn total(search: &Search, residual: &[f64], floors: &[f64]) -> f64 {
+    let layout = search.problem.form.layout();
+    rms((0..layout.channels.len()).map(|c| rms(rows_of(layout, c).map(|k| residual[k])) / floors[c]))
+}
+
+/// Curves of every channel and run at the residual's rows.
+pub(crate) fn traces(search: &Search, model: &Candidate) -> Vec<Trace> {
+    let layout = search.problem.form.layout();
+    let residual = model.residual(search.problem);
+    let robot = &search.problem.robot.model;
+    layout
+        .segments
+        .iter()
+        .map(|s| {
+            let (record, channel) = (&search.records[s.record], &layout.channels[s.channel]);
+            let measured = record.rows(&record.measured[s.channel]);
+            let rows = s.first..s.first + s.len;
+            Trace {
+                run: record.name.clone(),
+                signal: channel.signal().to_owned(),
+                joint: robot.dof_name(channel.dof).to_owned(),
+                unit: channel.unit(robot).to_owned(),
+                time: (0..s.len).map(|k| record.time[record.centre(k)]).collect(),
+                predicted: measured.iter().zip(&residual[rows]).map(|(m, r)| m - r).collect(),
+                measured,
+                speed: record.rows(&record.thetad[channel.dof]),
+                position: record.rows(&record.theta[channel.dof]),
+            }
+        })
+        .collect()
+}

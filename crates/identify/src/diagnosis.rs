@@ -1,0 +1,248 @@
+//! Diagnose: which effect is missing, how sure that is, and what would separate it from its rivals.
+
+use serde::Serialize;
+
+use sinew_data::Run;
+use sinew_effect::Catalogue;
+use sinew_model::Robot;
+
+use crate::base::scope;
+use crate::comparison::{Prepared, as_given};
+use crate::explore::{Explored, explore, widening};
+use crate::fitting::{ParameterReport, parameters};
+use crate::problem::Problem;
+use crate::report::{Finding, Refusal, Verdict};
+use crate::search::{Accepted as Entry, Search, State};
+use crate::trial::Trial;
+use crate::verdict::{channels, word};
+use crate::{IdentifyError, Options};
+
+/// The three numbers of a channel on which the verdict rests.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ChannelReport {
+    /// The quantity.
+    pub signal: String,
+    /// The joint.
+    pub joint: String,
+    /// Error on blocks that the fit left out, as a share of the measured standard deviation.
+    pub unseen_error: f64,
+    /// Share of the remaining variance that a generic predictor foretells on blocks it has not seen.
+    pub predictable_remainder: f64,
+    /// Error by the reachable floor.
+    pub distance_to_floor: f64,
+}
+
+/// How often the search accepts an effect on surrogates of the log.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FalseAcceptance {
+    /// Surrogates on which something was accepted.
+    pub accepted: usize,
+    /// Surrogates tried.
+    pub surrogates: usize,
+}
+
+/// An effect of the final set.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Accepted {
+    /// Its name in the catalogue.
+    pub effect: String,
+    /// Joint, link or "robot".
+    pub place: String,
+}
+
+/// An effect that the data do not, or only by priors, separate from a candidate.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RivalReport {
+    /// Its name in the catalogue.
+    pub effect: String,
+    /// Joint, link or "robot".
+    pub place: String,
+    /// Its share of what the candidate's probability leaves.
+    pub probability: f64,
+    /// What would separate the two.
+    pub experiment: String,
+}
+
+/// A candidate with its evidence.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CandidateReport {
+    /// Its name in the catalogue.
+    pub effect: String,
+    /// Joint, link or "robot".
+    pub place: String,
+    /// How often a statement like this one is right.
+    pub probability: f64,
+    /// Share of the squared error of its most affected channel.
+    pub error_explained: f64,
+    /// Its parameters.
+    pub values: Vec<ParameterReport>,
+    /// Evidence by its block-robust spread.
+    pub z: f64,
+    /// What it cannot be told from.
+    pub rivals: Vec<RivalReport>,
+}
+
+/// The answer of a diagnosis.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Diagnosis {
+    /// The graded verdict.
+    pub verdict: Verdict,
+    /// What the verdict rests on.
+    pub scope: String,
+    /// Three numbers a channel.
+    pub channels: Vec<ChannelReport>,
+    /// False acceptances on surrogates, where they were tried.
+    pub false_acceptance: Option<FalseAcceptance>,
+    /// The final set, empty unless something is missing.
+    pub accepted: Vec<Accepted>,
+    /// Candidates, best first.
+    pub candidates: Vec<CandidateReport>,
+    /// Views of the residual of the model as given.
+    pub findings: Vec<Finding>,
+    /// Candidates that were refused, and why.
+    pub refusals: Vec<Refusal>,
+}
+
+/// Names the effects that the model lacks.
+///
+/// # Errors
+/// If the robot is no plant or a run lacks the signals.
+pub fn diagnose(
+    robot: &Robot,
+    catalogue: &Catalogue,
+    runs: &[Run],
+    options: &Options,
+) -> Result<Diagnosis, IdentifyError> {
+    let prepared = Prepared::new(robot, runs, options)?;
+    let form = prepared.form(robot);
+    let problem = Problem { robot, catalogue, form: &form, options };
+    let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);
+    let base = search.base(prepared.base_specs(robot, catalogue))?;
+    let floors: Vec<f64> = base.whitener.channels.iter().map(|c| c.floor).collect();
+    let findings = as_given(&search, &base, &floors)?.0.findings;
+    let explored = explore(&mut search, base, None)?;
+    Ok(report(&search, &explored, findings, scope(robot, &prepared.sensors, runs)))
+}
+
+/// The diagnosis of a finished search.
+pub(crate) fn report(
+    search: &Search,
+    explored: &Explored,
+    findings: Vec<Finding>,
+    scope: String,
+) -> Diagnosis {
+    let state = &explored.state;
+    let channels = channels(search, state);
+    let mut verdict = word(&channels, state.accepted.len());
+    let unfinished = matches!(verdict, Verdict::PartlyExplained | Verdict::Unexplained);
+    let mut candidates: Vec<CandidateReport> =
+        state.accepted.iter().map(|entry| candidate(search, state, entry, unfinished)).collect();
+    if !candidates.is_empty() && candidates.iter().all(|c| c.probability < 0.5) {
+        verdict = Verdict::Undecidable;
+    }
+    if verdict == Verdict::Unexplained {
+        candidates.extend(partial(explored));
+    }
+    let accepted = state
+        .accepted
+        .iter()
+        .map(|e| Accepted { effect: e.trial.card.name.to_owned(), place: e.trial.place.to_string() })
+        .collect();
+    Diagnosis {
+        verdict,
+        scope,
+        channels,
+        false_acceptance: None,
+        accepted,
+        candidates,
+        findings,
+        refusals: search.refusals.clone(),
+    }
+}
+
+fn candidate(search: &Search, state: &State, entry: &Entry, unfinished: bool) -> CandidateReport {
+    let here = state.accepted.iter().filter(|a| a.trial.place == entry.trial.place).count();
+    let probability = probability(entry, unfinished, here);
+    let own: Vec<ParameterReport> = parameters(search, state, widening(search, state))
+        .into_iter()
+        .filter(|(effect, _)| *effect == entry.effect)
+        .map(|(_, report)| report)
+        .collect();
+    CandidateReport {
+        effect: entry.trial.card.name.to_owned(),
+        place: entry.trial.place.to_string(),
+        probability,
+        error_explained: entry.evidence.explained,
+        values: own,
+        z: entry.evidence.z,
+        rivals: rivals(search, entry, probability),
+    }
+}
+
+/// Logistic form in z, tension, distance to the next candidate and what remains.
+///
+/// ```text
+/// logit P = −6.1 + 1.8 [tension] + 2.2 [data] ln z + 1.1 [tension] ln Δpenalty
+///           + 0.93 min(ln max(d₁₂, 1), ln 30) − 3.4 [remainder predictable] − 1.2 (effects at this place − 1)
+/// ```
+fn probability(entry: &Entry, unfinished: bool, here: usize) -> f64 {
+    let evidence = &entry.evidence;
+    let next = entry.rivals.iter().map(|(_, d)| d.max(1.0)).fold(30.0, f64::min);
+    let route = if evidence.by_tension() && evidence.z < 3.0 {
+        1.8 + 1.1 * evidence.tension.ln()
+    } else {
+        2.2 * evidence.z.max(1.0).ln()
+    };
+    let logit = -6.1 + route + 0.93 * next.ln().min(30f64.ln())
+        - if unfinished { 3.4 } else { 0.0 }
+        - 1.2 * (here.max(1) - 1) as f64;
+    (1.0 / (1.0 + (-logit).exp())).clamp(0.02, 0.99)
+}
+
+// Tied candidates, then structural partners that the card names.
+fn rivals(search: &Search, entry: &Entry, probability: f64) -> Vec<RivalReport> {
+    let card = entry.trial.card;
+    let experiment = |name: &str| {
+        let known = card.rivals.iter().find(|r| r.name == name).map(|r| r.experiment);
+        known.unwrap_or("repeat the motion at two speeds and under two loads").to_owned()
+    };
+    let mut list: Vec<(String, String, f64)> = entry
+        .rivals
+        .iter()
+        .map(|(trial, distance)| {
+            (trial.card.name.to_owned(), trial.place.to_string(), (-distance.max(0.0) / 4.0).exp())
+        })
+        .collect();
+    for rival in card.rivals.iter().filter(|r| r.structural) {
+        if search.problem.catalogue.find(rival.name).is_some()
+            && !list.iter().any(|(name, ..)| name == rival.name)
+        {
+            list.push((rival.name.to_owned(), entry.trial.place.to_string(), 0.3));
+        }
+    }
+    let total: f64 = list.iter().map(|(.., weight)| weight).sum::<f64>() + 0.3;
+    list.into_iter()
+        .map(|(effect, place, weight)| RivalReport {
+            experiment: experiment(&effect),
+            effect,
+            place,
+            probability: (1.0 - probability) * weight / total,
+        })
+        .collect()
+}
+
+// Under "unexplained": what explains a part, although it passes no gate.
+fn partial(explored: &Explored) -> Vec<CandidateReport> {
+    let Some(round) = &explored.last else { return Vec::new() };
+    let of = |trial: &Trial, z: f64, explained: f64| CandidateReport {
+        effect: trial.card.name.to_owned(),
+        place: trial.place.to_string(),
+        probability: 0.05,
+        error_explained: explained,
+        values: Vec::new(),
+        z,
+        rivals: Vec::new(),
+    };
+    let worth = round.failed.iter().filter(|r| r.evidence.z > 2.0 && r.evidence.explained > 0.02);
+    worth.take(3).map(|r| of(&r.trial, r.evidence.z, r.evidence.explained)).collect()
+}

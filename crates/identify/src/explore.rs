@@ -1,0 +1,192 @@
+//! The ladder: accept effects step by step, undo what makes unseen runs worse, prune what is no longer needed.
+
+use crate::IdentifyError;
+use crate::gates::{Evidence, Pair};
+use crate::problem::{Candidate, Problem, refine};
+use crate::search::{Accepted, Round, Search, State};
+use crate::trial::How;
+use crate::verdict::rms;
+
+/// Runs that no fit and no gate uses.
+pub(crate) struct Unseen<'a> {
+    pub search: &'a Search<'a>,
+}
+
+impl Unseen<'_> {
+    /// Residual rows of a model on the unseen runs.
+    pub fn residual(&self, model: &Candidate) -> Vec<f64> {
+        self.search.problem.form.residual(&model.plant, &model.p)
+    }
+    /// Error by floor over all channels.
+    pub fn total(&self, model: &Candidate, floors: &[f64]) -> f64 {
+        crate::comparison::total(self.search, &self.residual(model), floors)
+    }
+}
+
+/// One step of the ladder.
+pub(crate) struct Rung {
+    pub added: Vec<String>,
+    pub residual: Vec<f64>,
+    pub unseen: Option<Vec<f64>>,
+}
+
+/// The end of a ladder and how it was climbed.
+pub(crate) struct Explored {
+    pub state: State,
+    pub rungs: Vec<Rung>,
+    /// The last round, in which nothing passed.
+    pub last: Option<Round>,
+}
+
+// A step that makes the unseen error worse by more than this share is undone.
+const WORSE: f64 = 1.01;
+
+/// Climbs from the base until nothing passes the gates.
+pub(crate) fn explore(
+    search: &mut Search,
+    base: State,
+    unseen: Option<&Unseen>,
+) -> Result<Explored, IdentifyError> {
+    let mut state = base;
+    let mut rungs = vec![rung(&[], &state, unseen)];
+    let mut last = None;
+    let most = search.problem.options.most_effects;
+    let mut step = 1;
+    while step <= most {
+        let round = search.round(&state, step);
+        if round.passed.is_empty() {
+            last = Some(round);
+            break;
+        }
+        let Some(next) = search.accept(&state, round)? else { break };
+        let added: Vec<_> = next.accepted[state.accepted.len()..].iter().map(|a| a.trial.clone()).collect();
+        if let Some(unseen) = unseen {
+            let floors: Vec<f64> = next.whitener.channels.iter().map(|c| c.floor).collect();
+            let (before, after) =
+                (unseen.total(&state.fitted.model, &floors), unseen.total(&next.fitted.model, &floors));
+            if after > WORSE * before {
+                for trial in &added {
+                    let reason = format!("unseen runs get worse ({before:.2} → {after:.2} × floor)");
+                    search.refuse(trial, step, reason);
+                    search.banned.push(trial.label());
+                }
+                state.trials.retain(|t| !search.banned.contains(&t.label()));
+                let fitted = &state.fitted;
+                state.columns = crate::screen::all_columns(
+                    search.problem,
+                    &fitted.model,
+                    &fitted.at.residual,
+                    &state.trials,
+                );
+                step += 1;
+                continue;
+            }
+        }
+        state = next;
+        let labels: Vec<String> = added.iter().map(|t| t.label()).collect();
+        rungs.push(rung(&labels, &state, unseen));
+        step += 1;
+    }
+    let state = pruned(search, state, &mut rungs, unseen)?;
+    Ok(Explored { state, rungs, last })
+}
+
+fn rung(added: &[String], state: &State, unseen: Option<&Unseen>) -> Rung {
+    Rung {
+        added: added.to_vec(),
+        residual: state.fitted.at.residual.clone(),
+        unseen: unseen.map(|u| u.residual(&state.fitted.model)),
+    }
+}
+
+/// Every accepted effect is taken out in turn and the rest refitted; it goes if it no longer passes the gates.
+fn pruned(
+    search: &mut Search,
+    mut state: State,
+    rungs: &mut Vec<Rung>,
+    unseen: Option<&Unseen>,
+) -> Result<State, IdentifyError> {
+    let layout = search.problem.form.layout();
+    let mut k = 0;
+    while state.accepted.len() > 1 && k < state.accepted.len() {
+        let mut reduced = without(search.problem, &state, k)?;
+        let at = refine(search.problem, &mut reduced, &state.whitener, 3);
+        let white = state.whitener.apply(layout, &at.residual);
+        let entry = &state.accepted[k];
+        let fitted = &state.fitted;
+        let pair = Pair {
+            before: &white,
+            after: &fitted.white,
+            raw_before: &at.residual,
+            raw_after: &fitted.at.residual,
+        };
+        let mut folds = vec![0.0; layout.folds];
+        for row in 0..layout.len {
+            folds[layout.fold[row]] += white[row].powi(2) - fitted.white[row].powi(2);
+        }
+        let tension = reduced.penalty() - fitted.model.penalty();
+        let evidence =
+            Evidence::of(layout, &pair, tension, entry.trial.parameters, &folds, &search.channel_std);
+        match evidence.refused(search.problem.options, 1) {
+            Some(reason) => {
+                let trial = entry.trial.clone();
+                search.refuse(&trial, rungs.len(), format!("no longer needed: {reason}"));
+                let mut accepted = state.accepted.clone();
+                accepted.remove(k);
+                if matches!(trial.how, How::New { .. }) {
+                    let gone = state.accepted[k].effect;
+                    for a in &mut accepted {
+                        a.effect -= usize::from(a.effect > gone);
+                    }
+                }
+                state = search.settled(reduced, at, accepted)?;
+                let label = format!("−{}", trial.label());
+                rungs.push(rung(&[label], &state, unseen));
+                k = 0;
+            }
+            None => k += 1,
+        }
+    }
+    Ok(state)
+}
+
+/// The model of `state` without its accepted effect number `k`.
+fn without(problem: &Problem, state: &State, k: usize) -> Result<Candidate, IdentifyError> {
+    let model = &state.fitted.model;
+    let Accepted { trial, effect, .. } = &state.accepted[k];
+    let mut specs = model.specs.clone();
+    let removed = matches!(trial.how, How::New { .. });
+    if removed {
+        specs.remove(*effect);
+    }
+    let mut reduced = Candidate::new(problem, specs)?;
+    let stated = reduced.unknowns.clone();
+    reduced.unknowns = model
+        .unknowns
+        .iter()
+        .filter(|u| !(removed && u.id.effect == *effect))
+        .map(|u| {
+            let mut unknown = u.clone();
+            if removed && u.id.effect > *effect {
+                unknown.id.effect -= 1;
+            }
+            unknown.position = reduced.plant.position(unknown.id);
+            reduced.p[unknown.position] = model.p[u.position];
+            if !removed && u.id.effect == *effect {
+                // A released prior comes back.
+                if let Some(original) = stated.iter().find(|s| s.id == unknown.id) {
+                    unknown.prior = original.prior;
+                }
+            }
+            unknown
+        })
+        .collect();
+    Ok(reduced)
+}
+
+/// Root mean square of the whitened rows of the model, at least one: how much printed intervals are widened.
+pub(crate) fn widening(search: &Search, state: &State) -> f64 {
+    let layout = search.problem.form.layout();
+    let rows = (0..layout.len).filter(|&k| layout.keep[k]).map(|k| state.fitted.white[k]);
+    rms(rows).max(1.0)
+}

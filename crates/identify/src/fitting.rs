@@ -1,0 +1,325 @@
+//! Fit and discover: parameters with their errors, and the ladder of falling errors.
+
+use serde::Serialize;
+
+use sinew_data::Run;
+use sinew_effect::{Catalogue, Written};
+use sinew_model::{EffectSpec, Robot};
+
+use crate::base::{is_nuisance, scope};
+use crate::comparison::{Prepared, SignalError, as_given, signals, total};
+use crate::diagnosis::{Diagnosis, report};
+use crate::explore::{Explored, Rung, Unseen, explore, widening};
+use crate::problem::{Equations, Problem};
+use crate::refit::refit;
+use crate::report::Verdict;
+use crate::scale::Scales;
+use crate::screen::Screen;
+use crate::search::{Search, State, taken};
+use crate::{IdentifyError, Options};
+
+/// One step of a ladder.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StepReport {
+    /// Effects added, `effect@place`; those taken out again begin with −.
+    pub added: Vec<String>,
+    /// Root mean square of all signals, each divided by its noise floor.
+    pub rms_error: f64,
+    /// The same on runs that no fit has seen.
+    pub check_rms_error: Option<f64>,
+    /// What noise alone would give: one.
+    pub noise_floor: f64,
+    /// Errors by signal.
+    pub signals: Vec<SignalError>,
+    /// The same on runs that no fit has seen.
+    pub check_signals: Vec<SignalError>,
+}
+
+/// A fitted parameter.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ParameterReport {
+    /// Place and key, as in `shoulder.coulomb`.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Its standard deviation, widened by the misfit that remains.
+    pub std: f64,
+    /// Its unit.
+    pub unit: String,
+    /// Lower end of the 95 % interval.
+    pub low: f64,
+    /// Upper end of the 95 % interval.
+    pub high: f64,
+    /// Its value before the fit.
+    pub start: f64,
+    /// What is remarkable about it.
+    pub note: Option<String>,
+}
+
+/// A fitted model and how it came about.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Fit {
+    /// The ladder; step 0 is the model as given.
+    pub steps: Vec<StepReport>,
+    /// Effects of the fitted model, nuisances left out.
+    pub effects: Vec<String>,
+    /// Its parameters.
+    pub parameters: Vec<ParameterReport>,
+    /// The verdict on the fitted model.
+    pub verdict: Verdict,
+    /// Everything the search found.
+    pub diagnosis: Diagnosis,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+    /// The effects of the fitted robot, with values and standard deviations as files write them.
+    #[serde(skip)]
+    pub specs: Vec<EffectSpec>,
+}
+
+/// Estimates the parameters of the robot and of the effects added to it.
+///
+/// # Errors
+/// If the robot is no plant, a run lacks the signals, or an added effect does not exist there.
+pub fn fit(
+    robot: &Robot,
+    catalogue: &Catalogue,
+    runs: &[Run],
+    check: &[Run],
+    add: &[EffectSpec],
+    options: &Options,
+) -> Result<Fit, IdentifyError> {
+    work(robot, catalogue, runs, check, options, |search, base, unseen| {
+        let mut state = base;
+        let mut rungs = Vec::new();
+        for spec in add {
+            state = added(search, state, spec)?;
+            rungs.push(Rung {
+                added: vec![label(spec)],
+                residual: state.fitted.at.residual.clone(),
+                unseen: unseen.map(|u| u.residual(&state.fitted.model)),
+            });
+        }
+        if add.is_empty() {
+            rungs.push(Rung {
+                added: Vec::new(),
+                residual: state.fitted.at.residual.clone(),
+                unseen: unseen.map(|u| u.residual(&state.fitted.model)),
+            });
+        }
+        Ok(Explored { state, rungs, last: None })
+    })
+}
+
+/// Repeats diagnose, add and fit until nothing structured is left or nothing in the catalogue explains the rest.
+///
+/// # Errors
+/// If the robot is no plant or a run lacks the signals.
+pub fn discover(
+    robot: &Robot,
+    catalogue: &Catalogue,
+    runs: &[Run],
+    check: &[Run],
+    options: &Options,
+) -> Result<Fit, IdentifyError> {
+    work(robot, catalogue, runs, check, options, explore)
+}
+
+fn work(
+    robot: &Robot,
+    catalogue: &Catalogue,
+    runs: &[Run],
+    check: &[Run],
+    options: &Options,
+    climb: impl FnOnce(&mut Search, State, Option<&Unseen>) -> Result<Explored, IdentifyError>,
+) -> Result<Fit, IdentifyError> {
+    let prepared = Prepared::new(robot, runs, options)?;
+    let form = prepared.form(robot);
+    let problem = Problem { robot, catalogue, form: &form, options };
+    let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);
+    let base = search.base(prepared.base_specs(robot, catalogue))?;
+    let scales = Scales::of(runs, options);
+    let unseen_runs = Prepared::with(robot, check, prepared.sensors.clone(), scales)?;
+    let unseen_form = unseen_runs.form(robot);
+    let unseen_problem = Problem { robot, catalogue, form: &unseen_form, options };
+    let unseen_search = Search::new(&unseen_problem, &unseen_runs.records, &unseen_runs.sensors);
+    let unseen = (!check.is_empty()).then_some(Unseen { search: &unseen_search });
+    let first_floors: Vec<f64> = base.whitener.channels.iter().map(|c| c.floor).collect();
+    let (given, given_residual) = as_given(&search, &base, &first_floors)?;
+    let given_unseen = match &unseen {
+        Some(u) => Some(u.residual(&crate::problem::Candidate::new(&problem, robot.all_effects())?)),
+        None => None,
+    };
+    let explored = climb(&mut search, base, unseen.as_ref())?;
+    let floors: Vec<f64> = explored.state.whitener.channels.iter().map(|c| c.floor).collect();
+    let step = |added: Vec<String>, residual: &[f64], hidden: Option<&Vec<f64>>| StepReport {
+        added,
+        rms_error: total(&search, residual, &floors),
+        check_rms_error: hidden.map(|r| total(&unseen_search, r, &floors)),
+        noise_floor: 1.0,
+        signals: signals(&search, residual, &floors),
+        check_signals: hidden.map(|r| signals(&unseen_search, r, &floors)).unwrap_or_default(),
+    };
+    let mut steps = vec![step(Vec::new(), &given_residual, given_unseen.as_ref())];
+    steps.extend(explored.rungs.iter().map(|r| step(r.added.clone(), &r.residual, r.unseen.as_ref())));
+    let diagnosis = report(&search, &explored, given.findings, scope(robot, &prepared.sensors, runs));
+    Ok(finished(&search, explored, diagnosis, steps, runs, check))
+}
+
+fn finished(
+    search: &Search,
+    explored: Explored,
+    diagnosis: Diagnosis,
+    steps: Vec<StepReport>,
+    runs: &[Run],
+    check: &[Run],
+) -> Fit {
+    let state = &explored.state;
+    let wide = widening(search, state);
+    let model = &state.fitted.model;
+    let told = |effect: usize| {
+        let accepted = state.accepted.iter().any(|a| a.effect == effect);
+        accepted || !is_nuisance(&model.specs[effect].kind)
+    };
+    let reports = parameters(search, state, wide);
+    let mut warnings = repeats(runs, check);
+    warnings.extend(pulls(state));
+    let stds = standard_deviations(search, state, wide);
+    let moved = |effect: usize| {
+        model.unknowns.iter().any(|u| u.id.effect == effect && u.pull(model.p[u.position]) > 0.0025)
+    };
+    let specs = model.present_specs(stds.as_deref()).into_iter().enumerate();
+    let specs = specs.filter(|(k, _)| told(*k) || moved(*k)).map(|(_, spec)| spec).collect();
+    let effects = model.plant.effects().iter().enumerate();
+    Fit {
+        steps,
+        effects: effects.filter(|(k, _)| told(*k)).map(|(_, e)| e.label()).collect(),
+        parameters: reports.into_iter().filter(|(effect, _)| told(*effect)).map(|(_, r)| r).collect(),
+        verdict: diagnosis.verdict,
+        diagnosis,
+        warnings,
+        specs,
+    }
+}
+
+// Adds one effect whatever the gates say: the best of its start values, refitted.
+fn added(search: &mut Search, state: State, spec: &EffectSpec) -> Result<State, IdentifyError> {
+    let wanted = label(spec);
+    let layout = search.problem.form.layout();
+    let fitted = &state.fitted;
+    let own: Vec<usize> = (0..state.trials.len()).filter(|&k| state.trials[k].label() == wanted).collect();
+    let base = Equations::new(&state.whitener, search.problem, &fitted.model, &fitted.at, 0.0);
+    let best = base.and_then(|base| {
+        let screen = Screen { problem: search.problem, model: &fitted.model, base: &base };
+        own.iter()
+            .filter_map(|&k| {
+                let raw = state.columns[k].as_ref()?;
+                let score = screen.score(&state.trials[k], &state.whitener.apply_all(layout, raw))?;
+                refit(search.problem, fitted, &state.whitener, &state.trials[k], &score, &search.channel_std)
+            })
+            .min_by(|a, b| a.fitted.objective.total_cmp(&b.fitted.objective))
+    });
+    let Some(best) = best else {
+        return Err(IdentifyError::Question {
+            what: format!("{wanted} cannot be added: these runs do not show it, or it acts elsewhere"),
+            help: format!("`sinew effects {}` says where it acts and what must be measured", spec.kind),
+        });
+    };
+    let mut accepted = state.accepted.clone();
+    accepted.push(taken(&best, Vec::new()));
+    let mut model = best.fitted.model;
+    let at = crate::problem::refine(search.problem, &mut model, &state.whitener, 4);
+    search.settled(model, at, accepted)
+}
+
+/// Every unknown of a fitted model, with the effect it belongs to.
+pub(crate) fn parameters(search: &Search, state: &State, wide: f64) -> Vec<(usize, ParameterReport)> {
+    let model = &state.fitted.model;
+    let stds =
+        standard_deviations(search, state, wide).unwrap_or_else(|| vec![f64::NAN; model.unknowns.len()]);
+    model
+        .unknowns
+        .iter()
+        .zip(stds)
+        .map(|(u, std)| {
+            let active = &model.plant.effects()[u.id.effect];
+            let parameter = &active.effect.card().parameters[u.id.parameter];
+            let (mut value, mut start, mut std) = (model.p[u.position], active.values[u.id.parameter], std);
+            let (mut unit, range) = (parameter.unit.to_owned(), u.range);
+            let (mut low, mut high) = ((value - 1.96 * std).max(range.0), (value + 1.96 * std).min(range.1));
+            if parameter.written == Written::Reciprocal && value > 0.0 {
+                // 1/c ± σ/c²
+                std /= value * value;
+                (low, high) = (1.0 / high, if low > 0.0 { 1.0 / low } else { f64::INFINITY });
+                value = 1.0 / value;
+                start = if start > 0.0 { 1.0 / start } else { f64::INFINITY };
+                unit = reciprocal(&unit);
+            }
+            let note = note(u.pull(model.p[u.position]).sqrt(), model.p[u.position], range);
+            let name = format!("{}.{}", active.spec.place, parameter.label());
+            (u.id.effect, ParameterReport { name, value, std, unit, low, high, start, note })
+        })
+        .collect()
+}
+
+fn note(pull: f64, value: f64, range: (f64, f64)) -> Option<String> {
+    if value <= range.0 || value >= range.1 {
+        Some("at its bound".to_owned())
+    } else if pull > 4.0 {
+        Some(format!("{pull:.1} σ from what was stated"))
+    } else {
+        None
+    }
+}
+
+fn reciprocal(unit: &str) -> String {
+    match unit {
+        "rad/(N·m)" => "N·m/rad".to_owned(),
+        other => format!("1/({other})"),
+    }
+}
+
+fn standard_deviations(search: &Search, state: &State, wide: f64) -> Option<Vec<f64>> {
+    let equations =
+        Equations::new(&state.whitener, search.problem, &state.fitted.model, &state.fitted.at, 0.0)?;
+    Some(equations.normal.variances().iter().map(|v| v.max(0.0).sqrt() * wide).collect())
+}
+
+fn label(spec: &EffectSpec) -> String {
+    match &spec.place {
+        sinew_model::Place::Robot => spec.kind.clone(),
+        place => format!("{}@{place}", spec.kind),
+    }
+}
+
+// A check run that repeats a fitted command is no unseen motion.
+fn repeats(runs: &[Run], check: &[Run]) -> Vec<String> {
+    let all: Vec<Run> = runs.iter().chain(check).cloned().collect();
+    sinew_data::find_repeats(&all)
+        .into_iter()
+        .filter(|r| r.first < runs.len() && r.second >= runs.len())
+        .map(|r| {
+            format!(
+                "{} repeats the motion of {} for {:.1} s: its error is no evidence on unseen motion",
+                all[r.second].name, all[r.first].name, r.duration
+            )
+        })
+        .collect()
+}
+
+// Stated values that the data contradict.
+fn pulls(state: &State) -> Vec<String> {
+    let model = &state.fitted.model;
+    let mut worst: Vec<(f64, String)> = model
+        .unknowns
+        .iter()
+        .filter(|u| u.pull(model.p[u.position]) > 25.0)
+        .map(|u| {
+            let active = &model.plant.effects()[u.id.effect];
+            let key = active.effect.card().parameters[u.id.parameter].label();
+            let pull = u.pull(model.p[u.position]).sqrt();
+            (pull, format!("{} {key} is pulled {pull:.0} σ from its stated value: the stated tolerance must be wrong", active.label()))
+        })
+        .collect();
+    worst.sort_by(|a, b| b.0.total_cmp(&a.0));
+    worst.into_iter().take(5).map(|(_, text)| text).collect()
+}

@@ -1,0 +1,116 @@
+//! Dense symmetric problems: Cholesky with scaling, and ridge regression with its degrees of freedom.
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+
+/// A symmetric positive definite system, scaled to unit diagonal before it is factored.
+pub(crate) struct Normal {
+    factor: faer::linalg::solvers::Llt<f64>,
+    scale: Vec<f64>,
+}
+
+// Added to the unit diagonal: parameters that the data do not separate share their change.
+const RIDGE: f64 = 1e-9;
+
+impl Normal {
+    /// Factors the matrix given by its columns; `None` if it is not positive definite.
+    pub fn new(matrix: &Mat<f64>) -> Option<Self> {
+        let n = matrix.nrows();
+        let scale: Vec<f64> = (0..n).map(|i| 1.0 / matrix[(i, i)].max(1e-300).sqrt()).collect();
+        let scaled = Mat::from_fn(n, n, |i, j| {
+            matrix[(i, j)] * scale[i] * scale[j] + if i == j { RIDGE } else { 0.0 }
+        });
+        let factor = scaled.llt(Side::Lower).ok()?;
+        Some(Self { factor, scale })
+    }
+
+    /// A⁻¹ b.
+    pub fn solve(&self, b: &[f64]) -> Vec<f64> {
+        let n = self.scale.len();
+        let rhs = Mat::from_fn(n, 1, |i, _| b[i] * self.scale[i]);
+        let x = self.factor.solve(&rhs);
+        (0..n).map(|i| x[(i, 0)] * self.scale[i]).collect()
+    }
+
+    /// A⁻¹ B.
+    pub fn solve_many(&self, b: &Mat<f64>) -> Mat<f64> {
+        let rhs = Mat::from_fn(b.nrows(), b.ncols(), |i, j| b[(i, j)] * self.scale[i]);
+        let x = self.factor.solve(&rhs);
+        Mat::from_fn(b.nrows(), b.ncols(), |i, j| x[(i, j)] * self.scale[i])
+    }
+
+    /// The diagonal of A⁻¹.
+    pub fn variances(&self) -> Vec<f64> {
+        let n = self.scale.len();
+        let inverse = self.factor.solve(&Mat::<f64>::identity(n, n));
+        (0..n).map(|i| inverse[(i, i)] * self.scale[i] * self.scale[i]).collect()
+    }
+}
+
+/// Columns side by side as a matrix.
+pub(crate) fn matrix(columns: &[Vec<f64>]) -> Mat<f64> {
+    let rows = columns.first().map_or(0, Vec::len);
+    Mat::from_fn(rows, columns.len(), |i, j| columns[j][i])
+}
+
+/// Xᵀ Y, products of columns.
+pub(crate) fn cross(x: &Mat<f64>, y: &Mat<f64>) -> Mat<f64> {
+    x.transpose() * y
+}
+
+/// a · b.
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+/// Ridge regression of `y` on unit-norm columns, with the spectrum kept so that every ridge is cheap.
+pub(crate) struct Ridge {
+    vectors: Mat<f64>,
+    values: Vec<f64>,
+    rotated: Vec<f64>,
+}
+
+impl Ridge {
+    /// Decomposes XᵀX = V D Vᵀ and keeps Vᵀ Xᵀ y.
+    pub fn new(gram: &Mat<f64>, right: &[f64]) -> Option<Self> {
+        let n = gram.nrows();
+        let eigen = gram.self_adjoint_eigen(Side::Lower).ok()?;
+        let vectors = eigen.U().to_owned();
+        let values = (0..n).map(|i| eigen.S().column_vector()[i].max(0.0)).collect();
+        let rotated = (0..n).map(|j| (0..n).map(|i| vectors[(i, j)] * right[i]).sum()).collect();
+        Some(Self { vectors, values, rotated })
+    }
+
+    /// tr H(λ) = Σ d/(d + λ): the degrees of freedom that the fit uses.
+    pub fn freedom(&self, ridge: f64) -> f64 {
+        self.values.iter().map(|d| d / (d + ridge)).sum()
+    }
+
+    /// The coefficients V (D + λ)⁻¹ Vᵀ Xᵀ y.
+    pub fn coefficients(&self, ridge: f64) -> Vec<f64> {
+        let n = self.values.len();
+        let small: Vec<f64> = (0..n).map(|j| self.rotated[j] / (self.values[j] + ridge)).collect();
+        (0..n).map(|i| (0..n).map(|j| self.vectors[(i, j)] * small[j]).sum()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_badly_scaled_system_is_solved() {
+        let a = Mat::from_fn(2, 2, |i, j| [[4e16, 1e3], [1e3, 1e-4]][i][j]);
+        let x = Normal::new(&a).unwrap().solve(&[4e16 * 2.0 + 1e3 * 3.0, 1e3 * 2.0 + 1e-4 * 3.0]);
+        assert!((x[0] - 2.0).abs() < 1e-6 && (x[1] - 3.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_ridge_of_zero_is_least_squares() {
+        let gram = Mat::from_fn(2, 2, |i, j| [[2.0, 1.0], [1.0, 3.0]][i][j]);
+        let ridge = Ridge::new(&gram, &[3.0, 4.0]).unwrap();
+        let x = ridge.coefficients(0.0);
+        assert!((x[0] - 1.0).abs() < 1e-12 && (x[1] - 1.0).abs() < 1e-12);
+        assert!((ridge.freedom(0.0) - 2.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,22 @@
+//! What a user may set.
+
+/// Settings of the analyses. The defaults are those of the recognition suite.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// At most this many effects are added.
+    pub most_effects: usize,
+    /// Half width of the smoothing kernel, s; none: chosen by the sample rate.
+    pub smoothing: Option<f64>,
+    /// Effects that explain less than this share of a channel's standard deviation are ignored.
+    pub material_share: f64,
+    /// Smallest z of an accepted effect.
+    pub least_z: f64,
+    /// Seed of the generic predictor and of the noise propagation.
+    pub seed: u64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { most_effects: 8, smoothing: None, material_share: 0.002, least_z: 4.0, seed: 1 }
+    }
+}

@@ -1,0 +1,171 @@
+//! A model under test: its effects, its free parameters, and their fit to the residual rows.
+
+use sinew_effect::Catalogue;
+use sinew_model::{EffectSpec, Robot};
+use sinew_plant::Plant;
+
+use crate::colour::Whitener;
+use crate::least_squares::{Normal, cross, dot, matrix};
+use crate::residual::ResidualForm;
+use crate::unknowns::Unknown;
+use crate::{IdentifyError, Options};
+
+/// What stays the same in a whole search.
+pub(crate) struct Problem<'a> {
+    pub robot: &'a Robot,
+    pub catalogue: &'a Catalogue,
+    pub form: &'a dyn ResidualForm,
+    pub options: &'a Options,
+}
+
+/// A set of effects with their present values.
+pub(crate) struct Candidate {
+    pub specs: Vec<EffectSpec>,
+    pub plant: Plant,
+    pub unknowns: Vec<Unknown>,
+    pub p: Vec<f64>,
+}
+
+/// A model and its linearisation in raw rows.
+pub(crate) struct Linearised {
+    pub residual: Vec<f64>,
+    /// One column for each unknown of the model.
+    pub columns: Vec<Vec<f64>>,
+}
+
+impl Candidate {
+    /// The plant of these effects, every parameter that is not stated free.
+    pub fn new(problem: &Problem, specs: Vec<EffectSpec>) -> Result<Self, IdentifyError> {
+        let plant = Plant::with_effects(problem.robot, &specs, problem.catalogue)?;
+        let unknowns = (0..specs.len()).flat_map(|e| Unknown::of_effect(&plant, e)).collect();
+        let p = plant.parameters();
+        Ok(Self { specs, plant, unknowns, p })
+    }
+
+    /// Sum of the priors' misfits.
+    pub fn penalty(&self) -> f64 {
+        self.unknowns.iter().map(|u| u.pull(self.p[u.position])).sum()
+    }
+
+    pub fn residual(&self, problem: &Problem) -> Vec<f64> {
+        problem.form.residual(&self.plant, &self.p)
+    }
+
+    pub fn linearise(&self, problem: &Problem) -> Linearised {
+        let positions: Vec<usize> = self.unknowns.iter().map(|u| u.position).collect();
+        Linearised {
+            residual: self.residual(problem),
+            columns: problem.form.columns(&self.plant, &self.p, &positions),
+        }
+    }
+
+    /// The specifications with the present values.
+    pub fn present_specs(&self, stds: Option<&[f64]>) -> Vec<EffectSpec> {
+        let mut by_position = vec![None; self.p.len()];
+        if let Some(stds) = stds {
+            for (unknown, std) in self.unknowns.iter().zip(stds) {
+                by_position[unknown.position] = Some(*std);
+            }
+        }
+        let effects = self.plant.effects().iter().enumerate();
+        effects
+            .map(|(k, e)| e.with_values(&self.p[self.plant.range(k)], &by_position[self.plant.range(k)]))
+            .collect()
+    }
+
+    /// Drops unknowns that the data cannot move: their columns are shorter than the noise even at their tolerance.
+    pub fn keep_excited(&mut self, whitened: &[Vec<f64>], always: impl Fn(&Unknown) -> bool) -> Vec<usize> {
+        let excited = |k: usize, u: &Unknown| {
+            let length = dot(&whitened[k], &whitened[k]).sqrt();
+            length.is_finite() && (length * u.scale > 0.05 || (always(u) && length > 0.0))
+        };
+        let kept: Vec<usize> = (0..self.unknowns.len()).filter(|&k| excited(k, &self.unknowns[k])).collect();
+        self.unknowns = kept.iter().map(|&k| self.unknowns[k].clone()).collect();
+        kept
+    }
+}
+
+/// Whitened normal equations of a linearised model.
+pub(crate) struct Equations {
+    pub columns: Vec<Vec<f64>>,
+    pub residual: Vec<f64>,
+    pub normal: Normal,
+    /// The step of the unknowns to the minimum.
+    pub step: Vec<f64>,
+}
+
+impl Equations {
+    /// A = JᵀJ + Λ,   A d = Jᵀ r + Λ (m − x), with A's prior part multiplied by 1 + `damping`.
+    pub fn new(
+        whitener: &Whitener,
+        problem: &Problem,
+        model: &Candidate,
+        at: &Linearised,
+        damping: f64,
+    ) -> Option<Self> {
+        let layout = problem.form.layout();
+        let columns = whitener.apply_all(layout, &at.columns);
+        let residual = whitener.apply(layout, &at.residual);
+        Self::of(columns, residual, model, damping)
+    }
+
+    pub fn of(columns: Vec<Vec<f64>>, residual: Vec<f64>, model: &Candidate, damping: f64) -> Option<Self> {
+        let jacobian = matrix(&columns);
+        let mut a = cross(&jacobian, &jacobian);
+        let mut g: Vec<f64> = columns.iter().map(|c| dot(c, &residual)).collect();
+        for (k, unknown) in model.unknowns.iter().enumerate() {
+            let weight = unknown.weight();
+            a[(k, k)] += weight;
+            a[(k, k)] += damping * a[(k, k)];
+            if let Some((mean, _)) = unknown.prior {
+                g[k] += weight * (mean - model.p[unknown.position]);
+            }
+        }
+        let normal = Normal::new(&a)?;
+        let step = normal.solve(&g);
+        Some(Self { columns, residual, normal, step })
+    }
+}
+
+/// Squared length of whitened rows plus the priors' misfit.
+pub(crate) fn objective(whitened: &[f64], model: &Candidate) -> f64 {
+    dot(whitened, whitened) + model.penalty()
+}
+
+/// Levenberg–Marquardt on all unknowns. Returns the linearisation at the end.
+pub(crate) fn refine(
+    problem: &Problem,
+    model: &mut Candidate,
+    whitener: &Whitener,
+    iterations: usize,
+) -> Linearised {
+    let layout = problem.form.layout();
+    let mut at = model.linearise(problem);
+    let mut best = objective(&whitener.apply(layout, &at.residual), model);
+    let mut damping = 0.0;
+    for _ in 0..iterations {
+        let Some(equations) = Equations::new(whitener, problem, model, &at, damping) else { break };
+        let before = model.p.clone();
+        for (unknown, step) in model.unknowns.iter().zip(&equations.step) {
+            model.p[unknown.position] = unknown.moved(model.p[unknown.position], *step);
+        }
+        let residual = model.residual(problem);
+        let now = objective(&whitener.apply(layout, &residual), model);
+        if now.is_finite() && now < best {
+            let gain = best - now;
+            best = now;
+            damping /= 8.0;
+            at = model.linearise(problem);
+            if gain < 0.05 + 1e-5 * best {
+                break;
+            }
+        } else {
+            model.p = before;
+            damping = if damping == 0.0 { 4e-3 } else { damping * 16.0 };
+            if damping > 10.0 {
+                break;
+            }
+        }
+    }
+    at
+}

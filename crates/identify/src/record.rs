@@ -1,0 +1,238 @@
+//! A run made ready: smoothed motor motion and smoothed sensors on one grid.
+
+use sinew_data::{Kernel, Quantity, Run, Signal, Smoother, Uniform, instrument_noise, resample};
+use sinew_effect::Sensor;
+use sinew_model::{Model, Robot};
+
+use crate::IdentifyError;
+use crate::scale::Scales;
+
+/// A sensor of a joint, of which there is one residual series.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Channel {
+    /// What it measures.
+    pub sensor: Sensor,
+    /// Of which degree of freedom.
+    pub dof: usize,
+}
+
+impl Channel {
+    pub fn signal(&self) -> &'static str {
+        match self.sensor {
+            Sensor::MotorTorque => "motor_torque",
+            Sensor::JointPosition => "joint_position",
+            Sensor::JointTorque => "joint_torque",
+        }
+    }
+    pub fn unit(&self, model: &Model) -> &'static str {
+        let slides = model.joints[model.joint_of_dof(self.dof).0].kind.slides();
+        match (self.sensor, slides) {
+            (Sensor::JointPosition, false) => "rad",
+            (Sensor::JointPosition, true) => "m",
+            (_, false) => "N·m",
+            (_, true) => "N",
+        }
+    }
+}
+
+/// A run on the grid of the analysis. Outer index: degree of freedom or channel; inner: grid step.
+#[derive(Debug, Clone)]
+pub(crate) struct Record {
+    pub name: String,
+    pub scales: Scales,
+    /// Grid times, s.
+    pub time: Vec<f64>,
+    /// Imposed position, velocity, acceleration.
+    pub theta: Vec<Vec<f64>>,
+    pub thetad: Vec<Vec<f64>>,
+    pub thetadd: Vec<Vec<f64>>,
+    /// The velocity seen through the wider kernel.
+    pub thetad_wide: Vec<Vec<f64>>,
+    /// Measured channels, smoothed like the motion.
+    pub measured: Vec<Vec<f64>>,
+    /// Standard deviation of the white noise of each channel, raw.
+    pub noise: Vec<f64>,
+    /// The same of the imposed positions.
+    pub position_noise: Vec<f64>,
+}
+
+/// What the runs of a robot measure.
+#[derive(Debug, Clone)]
+pub(crate) struct Sensors {
+    /// Residual channels, by sensor and joint.
+    pub channels: Vec<Channel>,
+    /// The quantity that is imposed for each degree of freedom; none: held at zero.
+    pub imposed: Vec<Option<Quantity>>,
+}
+
+impl Sensors {
+    /// The channels that every run has.
+    ///
+    /// # Errors
+    /// If no joint has a position, or no channel is left to compare.
+    pub fn of(robot: &Robot, runs: &[Run]) -> Result<Self, IdentifyError> {
+        let model = &robot.model;
+        let Some(first) = runs.first() else {
+            return Err(IdentifyError::Question {
+                what: "no run was given".to_owned(),
+                help: "name one or more measured runs after the robot".to_owned(),
+            });
+        };
+        let has = |quantity, dof| runs.iter().all(|r| r.signal(quantity, model.dof_name(dof)).is_some());
+        let mut imposed = Vec::new();
+        let mut channels = Vec::new();
+        for dof in 0..model.nv {
+            let position =
+                [Quantity::MotorPosition, Quantity::JointPosition].into_iter().find(|&q| has(q, dof));
+            imposed.push(position);
+            if position.is_none() {
+                continue;
+            }
+            let current = has(Quantity::MotorCurrent, dof) && robot.joints[dof].torque_constant.is_some();
+            if has(Quantity::MotorTorque, dof) || current {
+                channels.push(Channel { sensor: Sensor::MotorTorque, dof });
+            }
+            if position == Some(Quantity::MotorPosition) && has(Quantity::JointPosition, dof) {
+                channels.push(Channel { sensor: Sensor::JointPosition, dof });
+            }
+            if has(Quantity::JointTorque, dof) {
+                channels.push(Channel { sensor: Sensor::JointTorque, dof });
+            }
+        }
+        if channels.is_empty() {
+            let joints: Vec<_> = (0..model.nv).map(|d| model.dof_name(d)).collect();
+            let found = first.joints().join(", ");
+            return Err(IdentifyError::run(
+                &first.name,
+                format!(
+                    "no joint of robot \"{}\" has a position and something to compare it with (run has: {found}; robot has: {})",
+                    model.name,
+                    joints.join(", ")
+                ),
+                "needed are motor_position.J (or joint_position.J) and motor_torque.J (or motor_current.J with torque_constant, joint_torque.J) under the URDF's joint names",
+            ));
+        }
+        channels.sort();
+        Ok(Self { channels, imposed })
+    }
+}
+
+impl Record {
+    /// Prepares one run: stamps interpolated, one smoothing kernel on everything.
+    ///
+    /// # Errors
+    /// If the run is too short for the kernels.
+    pub fn new(robot: &Robot, run: &Run, sensors: &Sensors, scales: Scales) -> Result<Self, IdentifyError> {
+        let model = &robot.model;
+        let grid = Uniform::within(&run.time, scales.period);
+        let needed = 2 * scales.wide + 4 * scales.stride * (scales.kernel + scales.every);
+        if grid.len < needed {
+            let (have, need) = (grid.len, needed);
+            return Err(IdentifyError::run(
+                &run.name,
+                format!("too short: {have} samples (needed: {need})"),
+                "record at least a few seconds of motion",
+            ));
+        }
+        let smooth = Smoother::new(scales.smooth, scales.period);
+        let wide = Smoother::new(scales.wide, scales.period);
+        let trim = scales.wide - scales.smooth;
+        let thin = |x: Vec<f64>, trim: usize| -> Vec<f64> {
+            x[trim..x.len() - trim].iter().step_by(scales.stride).copied().collect()
+        };
+        let mut time = grid.times();
+        time = time[scales.wide..time.len() - scales.wide].iter().step_by(scales.stride).copied().collect();
+        let steps = time.len();
+        let (mut theta, mut thetad, mut thetadd, mut thetad_wide, mut position_noise) =
+            (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for (dof, quantity) in sensors.imposed.iter().enumerate() {
+            let Some(signal) = quantity.and_then(|q| run.signal(q, model.dof_name(dof))) else {
+                for series in [&mut theta, &mut thetad, &mut thetadd, &mut thetad_wide] {
+                    series.push(vec![0.0; steps]);
+                }
+                position_noise.push(0.0);
+                continue;
+            };
+            let x = resample(&run.time, &signal.values, &grid);
+            theta.push(thin(smooth.value(&x), trim));
+            thetad.push(thin(smooth.rate(&x), trim));
+            thetadd.push(thin(smooth.second_rate(&x), trim));
+            thetad_wide.push(thin(wide.rate(&x), 0));
+            position_noise.push(instrument_noise(signal));
+        }
+        let (mut measured, mut noise) = (Vec::new(), Vec::new());
+        for channel in &sensors.channels {
+            let signal = channel_signal(robot, run, channel);
+            let values = match channel.sensor {
+                Sensor::MotorTorque if scales.held => centred(&signal.values),
+                _ => signal.values.clone(),
+            };
+            let x = resample(&run.time, &values, &grid);
+            measured.push(thin(smooth.value(&x), trim));
+            noise.push(instrument_noise(&signal));
+        }
+        Ok(Self {
+            name: run.name.clone(),
+            scales,
+            time,
+            theta,
+            thetad,
+            thetadd,
+            thetad_wide,
+            measured,
+            noise,
+            position_noise,
+        })
+    }
+
+    /// Steps of the grid.
+    pub fn len(&self) -> usize {
+        self.time.len()
+    }
+
+    /// The kernel of the residual rows.
+    pub fn kernel(&self) -> Kernel {
+        Kernel::new(self.scales.kernel)
+    }
+
+    /// φ of a series on the grid, decimated to rows.
+    pub fn rows(&self, series: &[f64]) -> Vec<f64> {
+        self.kernel().decimate(series, self.scales.every)
+    }
+
+    /// Grid step of a row's centre.
+    pub fn centre(&self, row: usize) -> usize {
+        self.scales.kernel + row * self.scales.every
+    }
+}
+
+// Motor torque, or current times the torque constant.
+fn channel_signal(robot: &Robot, run: &Run, channel: &Channel) -> Signal {
+    let joint = robot.model.dof_name(channel.dof);
+    let quantity = match channel.sensor {
+        Sensor::MotorTorque => Quantity::MotorTorque,
+        Sensor::JointPosition => Quantity::JointPosition,
+        Sensor::JointTorque => Quantity::JointTorque,
+    };
+    if let Some(signal) = run.signal(quantity, joint) {
+        return signal.clone();
+    }
+    let constant = robot.joints[channel.dof].torque_constant.unwrap_or(1.0);
+    let mut signal = run
+        .signal(Quantity::MotorCurrent, joint)
+        .expect("Sensors::of lists a torque channel only where torque or current is logged")
+        .clone();
+    signal.values.iter_mut().for_each(|x| *x *= constant);
+    signal.std = signal.std.map(|s| s * constant.abs());
+    signal.resolution = signal.resolution.map(|s| s * constant.abs());
+    signal
+}
+
+// A torque held from one sample to the next acts, at a sample, with the mean of the holds before and after it.
+fn centred(values: &[f64]) -> Vec<f64> {
+    let mut out = values.to_vec();
+    for k in 1..values.len() {
+        out[k] = 0.5 * (values[k - 1] + values[k]);
+    }
+    out
+}

@@ -1,0 +1,61 @@
+//! What is left: can anything at all still be predicted?
+
+use crate::colour::rows_of;
+use crate::features::random_features;
+use crate::least_squares::{Normal, cross, matrix};
+use crate::record::Record;
+use crate::residual::Layout;
+
+// Features of the generic predictor; fewer on short runs.
+const FEATURES: usize = 120;
+// Ridges tried, in units of the number of rows.
+const RIDGES: [f64; 5] = [0.02, 0.1, 0.5, 2.0, 10.0];
+
+/// For each channel, the share of the residual's variance that a generic predictor foretells on folds it has not
+/// seen; the best of several ridges, zero if nothing.
+pub(crate) fn predictable(records: &[Record], layout: &Layout, rows: &[f64], seed: u64) -> Vec<f64> {
+    let features = random_features(records, layout, FEATURES, seed);
+    (0..layout.channels.len()).map(|c| channel(layout, c, rows, &features)).collect()
+}
+
+fn channel(layout: &Layout, c: usize, rows: &[f64], features: &[Vec<f64>]) -> f64 {
+    let kept: Vec<usize> = rows_of(layout, c).collect();
+    let count = FEATURES.min(kept.len() / 8);
+    let total: f64 = kept.iter().map(|&k| rows[k] * rows[k]).sum();
+    if count < 4 || total <= 0.0 {
+        return 0.0;
+    }
+    let mut columns: Vec<Vec<f64>> =
+        features[..count].iter().map(|f| kept.iter().map(|&k| f[k]).collect()).collect();
+    columns.push(vec![1.0; kept.len()]);
+    let y: Vec<f64> = kept.iter().map(|&k| rows[k]).collect();
+    let folds: Vec<usize> = kept.iter().map(|&k| layout.fold[k]).collect();
+    let mut names: Vec<usize> = folds.clone();
+    names.dedup();
+    let left = |ridge: f64| -> f64 {
+        names.iter().map(|&fold| unseen_square(&columns, &y, &folds, fold, ridge * kept.len() as f64)).sum()
+    };
+    let best = RIDGES.iter().map(|&r| left(r)).fold(f64::INFINITY, f64::min);
+    (1.0 - best / total).max(0.0)
+}
+
+// Squared error on one fold of a ridge regression that has not seen it.
+fn unseen_square(columns: &[Vec<f64>], y: &[f64], folds: &[usize], fold: usize, ridge: f64) -> f64 {
+    let seen: Vec<usize> = (0..y.len()).filter(|&k| folds[k] != fold).collect();
+    let x: Vec<Vec<f64>> = columns.iter().map(|c| seen.iter().map(|&k| c[k]).collect()).collect();
+    let x = matrix(&x);
+    let right = cross(&x, &matrix(&[seen.iter().map(|&k| y[k]).collect()]));
+    let right: Vec<f64> = (0..x.ncols()).map(|i| right[(i, 0)]).collect();
+    let mut gram = cross(&x, &x);
+    for i in 0..gram.nrows() {
+        gram[(i, i)] += ridge;
+    }
+    let Some(normal) = Normal::new(&gram) else {
+        return y.iter().zip(folds).filter(|(_, f)| **f == fold).map(|(v, _)| v * v).sum();
+    };
+    let b = normal.solve(&right);
+    (0..y.len())
+        .filter(|&k| folds[k] == fold)
+        .map(|k| (y[k] - b.iter().zip(columns).map(|(b, c)| b * c[k]).sum::<f64>()).powi(2))
+        .sum()
+}

@@ -1,0 +1,254 @@
+//! Residual rows: what is left of each channel after the prediction, and how it changes with each parameter.
+
+use rayon::prelude::*;
+
+use sinew_effect::{DIRECTIONS, Derivative};
+use sinew_model::Scalar;
+use sinew_plant::Plant;
+
+use crate::imposed::{imposed_dofs, predict};
+use crate::record::{Channel, Record};
+
+/// A way to turn runs into residual rows. The rows of one form can be compared with each other only.
+pub(crate) trait ResidualForm: Sync {
+    /// Where the rows are and which of them count.
+    fn layout(&self) -> &Layout;
+    /// Measured minus predicted, all rows.
+    fn residual(&self, plant: &Plant, p: &[f64]) -> Vec<f64>;
+    /// ∂ predicted / ∂ p, one column for each of `positions`.
+    fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize]) -> Vec<Vec<f64>>;
+    /// Residual rows that the noise of the imposed positions causes, for one realisation of it.
+    fn position_noise(&self, plant: &Plant, p: &[f64], seed: u64) -> Vec<f64>;
+}
+
+/// The rows of one channel in one run.
+#[derive(Debug, Clone)]
+pub(crate) struct Segment {
+    pub record: usize,
+    pub channel: usize,
+    pub first: usize,
+    pub len: usize,
+}
+
+/// Where the rows of a residual are: segment by segment.
+#[derive(Debug, Clone)]
+pub(crate) struct Layout {
+    pub channels: Vec<Channel>,
+    pub segments: Vec<Segment>,
+    /// Rows in all.
+    pub len: usize,
+    /// False for rows that carry no information: rest, start.
+    pub keep: Vec<bool>,
+    /// How uncertain the sign of the velocity is, 0 … 1.
+    pub reversal: Vec<f64>,
+    /// One-second block of each row, numbered through all runs; the same for all channels of a run.
+    pub block: Vec<usize>,
+    /// Contiguous fold of each row, numbered through all runs.
+    pub fold: Vec<usize>,
+    pub blocks: usize,
+    pub folds: usize,
+}
+
+// Contiguous folds of a run.
+const FOLDS: usize = 8;
+// Seconds of a block.
+const BLOCK: f64 = 1.0;
+// Rows in which the joint rests for more than this share of the kernel say nothing about friction.
+const REST_SHARE: f64 = 0.3;
+
+impl Layout {
+    fn of(records: &[Record], channels: &[Channel], start: f64) -> Self {
+        let mut layout = Self {
+            channels: channels.to_vec(),
+            segments: Vec::new(),
+            len: 0,
+            keep: Vec::new(),
+            reversal: Vec::new(),
+            block: Vec::new(),
+            fold: Vec::new(),
+            blocks: 0,
+            folds: 0,
+        };
+        for (r, record) in records.iter().enumerate() {
+            let mut rows = 0;
+            for (c, channel) in channels.iter().enumerate() {
+                let reversal = reversal_weight(record, channel.dof);
+                let rest = rest_share(record, channel.dof);
+                rows = reversal.len();
+                layout.segments.push(Segment { record: r, channel: c, first: layout.len, len: rows });
+                layout.len += rows;
+                for k in 0..rows {
+                    let time = record.time[record.centre(k)] - record.time[0];
+                    let torque = channel.signal() == "motor_torque";
+                    layout.keep.push(time >= start && !(torque && rest[k] > REST_SHARE));
+                    layout.reversal.push(reversal[k]);
+                    layout.block.push(layout.blocks + (time / BLOCK) as usize);
+                    layout.fold.push(layout.folds + (k * FOLDS / rows.max(1)).min(FOLDS - 1));
+                }
+            }
+            let last = record.time[record.centre(rows.max(1) - 1).min(record.len() - 1)] - record.time[0];
+            layout.blocks += (last / BLOCK) as usize + 1;
+            layout.folds += FOLDS;
+        }
+        layout
+    }
+
+    /// The segments of one channel.
+    pub fn of_channel(&self, channel: usize) -> impl Iterator<Item = &Segment> {
+        self.segments.iter().filter(move |s| s.channel == channel)
+    }
+}
+
+// W = φ ∗ [½ |tanh(θ̇₁/3v) − tanh(θ̇₂/3v)| + 0.3 e^{−(θ̇/4v)²}],  v = 10⁻³ of the unit or of the noise of θ̇
+fn reversal_weight(record: &Record, dof: usize) -> Vec<f64> {
+    let v = velocity_scale(record, dof);
+    let both = record.thetad[dof].iter().zip(&record.thetad_wide[dof]);
+    let weight = |(a, b): (&f64, &f64)| {
+        0.5 * ((a / (3.0 * v)).tanh() - (b / (3.0 * v)).tanh()).abs() + 0.3 * (-(a / (4.0 * v)).powi(2)).exp()
+    };
+    let series: Vec<f64> = both.map(weight).collect();
+    record.rows(&series)
+}
+
+fn rest_share(record: &Record, dof: usize) -> Vec<f64> {
+    let top = record.thetad[dof].iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    let threshold = (3.0 * velocity_noise(record, dof)).max(1e-3 * top);
+    let resting: Vec<f64> =
+        record.thetad[dof].iter().map(|v| if v.abs() < threshold { 1.0 } else { 0.0 }).collect();
+    record.rows(&resting)
+}
+
+// Standard deviation of the smoothed velocity, from that of the position: σ ‖ḣ‖, ‖ḣ‖ ≈ 1.9/(w √w) samples⁻¹.
+fn velocity_noise(record: &Record, dof: usize) -> f64 {
+    let w = record.scales.smooth as f64;
+    record.position_noise[dof] * 1.9 / (w * w.sqrt() * record.scales.period)
+}
+
+fn velocity_scale(record: &Record, dof: usize) -> f64 {
+    let top = record.thetad[dof].iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    velocity_noise(record, dof).max(1e-3 * top.min(1.0)).max(1e-9)
+}
+
+/// The residual with imposed motor motion: θ, θ̇, θ̈ are given, every other sensor is predicted.
+pub(crate) struct Imposed<'a> {
+    records: &'a [Record],
+    layout: Layout,
+    measured: Vec<f64>,
+    nv: usize,
+}
+
+// A simulated spring forgets its unknown start within this time, s.
+const TRANSIENT: f64 = 0.8;
+
+impl<'a> Imposed<'a> {
+    /// The rows of these records, with the start left out where `plant` simulates a spring.
+    pub fn new(records: &'a [Record], channels: &[Channel], elastic: bool, nv: usize) -> Self {
+        let layout = Layout::of(records, channels, if elastic { TRANSIENT } else { 0.0 });
+        let measured =
+            records.iter().flat_map(|r| r.measured.iter().flat_map(|series| r.rows(series))).collect();
+        Self { records, layout, measured, nv }
+    }
+
+    fn predicted(&self, plant: &Plant, p: &[f64], records: &[Record]) -> Vec<f64> {
+        let per_record: Vec<Vec<f64>> = records
+            .par_iter()
+            .map(|record| {
+                let imposed = imposed_dofs(plant, p, record);
+                let series = predict(plant, p, record, &self.layout.channels, &imposed);
+                series.iter().flat_map(|s| record.rows(s)).collect()
+            })
+            .collect();
+        per_record.concat()
+    }
+
+    // One pass: the derivatives along up to DIRECTIONS parameters, in one record.
+    fn pass(&self, plant: &Plant, p: &[f64], record: &Record, positions: &[usize]) -> Vec<Vec<f64>> {
+        let imposed = imposed_dofs(plant, p, record);
+        let mut dual: Vec<Derivative> = p.iter().map(|&x| Derivative::constant(x)).collect();
+        for (direction, &position) in positions.iter().enumerate() {
+            dual[position] = Derivative::variable(p[position], direction);
+        }
+        let series = predict(plant, &dual, record, &self.layout.channels, &imposed);
+        (0..positions.len())
+            .map(|direction| {
+                series
+                    .iter()
+                    .flat_map(|s| {
+                        let derivative: Vec<f64> = s.iter().map(|x| x.derivative[direction]).collect();
+                        record.rows(&derivative)
+                    })
+                    .collect()
+            })
+            .collect()
+    }
+}
+
+impl ResidualForm for Imposed<'_> {
+    fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    fn residual(&self, plant: &Plant, p: &[f64]) -> Vec<f64> {
+        let predicted = self.predicted(plant, p, self.records);
+        self.measured.iter().zip(predicted).map(|(m, u)| m - u).collect()
+    }
+
+    fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize]) -> Vec<Vec<f64>> {
+        let chunks: Vec<&[usize]> = positions.chunks(DIRECTIONS).collect();
+        let jobs: Vec<(usize, usize)> =
+            (0..chunks.len()).flat_map(|c| (0..self.records.len()).map(move |r| (c, r))).collect();
+        let parts: Vec<Vec<Vec<f64>>> =
+            jobs.par_iter().map(|&(c, r)| self.pass(plant, p, &self.records[r], chunks[c])).collect();
+        let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(self.layout.len); positions.len()];
+        for (&(c, _), part) in jobs.iter().zip(parts) {
+            for (direction, rows) in part.into_iter().enumerate() {
+                columns[c * DIRECTIONS + direction].extend(rows);
+            }
+        }
+        columns
+    }
+
+    fn position_noise(&self, plant: &Plant, p: &[f64], seed: u64) -> Vec<f64> {
+        let noisy: Vec<Record> = self
+            .records
+            .iter()
+            .enumerate()
+            .map(|(k, record)| with_position_noise(record, self.nv, seed.wrapping_add(k as u64)))
+            .collect();
+        let clean = self.predicted(plant, p, self.records);
+        let shaken = self.predicted(plant, p, &noisy);
+        shaken.iter().zip(clean).map(|(a, b)| a - b).collect()
+    }
+}
+
+// White noise of the raw position, smoothed and differentiated like the position itself, added to the motion.
+fn with_position_noise(record: &Record, nv: usize, seed: u64) -> Record {
+    use rand::{Rng, SeedableRng, rngs::SmallRng};
+    let mut random = SmallRng::seed_from_u64(seed);
+    let s = &record.scales;
+    let smoother = sinew_data::Smoother::new(s.smooth, s.period);
+    let mut noisy = record.clone();
+    for dof in 0..nv {
+        let std = record.position_noise[dof];
+        if std == 0.0 {
+            continue;
+        }
+        let raw: Vec<f64> = (0..record.len() * s.stride + 2 * s.smooth)
+            .map(|_| {
+                // Box–Muller
+                let (a, b): (f64, f64) = (1.0 - random.random::<f64>(), random.random());
+                std * (-2.0 * a.ln()).sqrt() * (2.0 * std::f64::consts::PI * b).cos()
+            })
+            .collect();
+        for (series, noise) in [
+            (&mut noisy.theta[dof], smoother.value(&raw)),
+            (&mut noisy.thetad[dof], smoother.rate(&raw)),
+            (&mut noisy.thetadd[dof], smoother.second_rate(&raw)),
+        ] {
+            for (x, n) in series.iter_mut().zip(noise.iter().step_by(s.stride)) {
+                *x += n;
+            }
+        }
+    }
+    noisy
+}

@@ -1,0 +1,214 @@
+//! Screening: every candidate of the catalogue by one derivative, orthogonalised against what is already free.
+
+use faer::Mat;
+use rayon::prelude::*;
+
+use sinew_effect::DIRECTIONS;
+use sinew_model::EffectSpec;
+
+use crate::least_squares::{Normal, cross, dot, matrix};
+use crate::problem::{Candidate, Equations, Problem};
+use crate::trial::{How, Trial};
+
+/// Raw columns of all trials, one for each strength (one secant for an exact trial); none for a trial whose effect
+/// cannot be evaluated. Linear trials share passes: at zero strength none of them changes the others.
+pub(crate) fn all_columns(
+    problem: &Problem,
+    model: &Candidate,
+    residual: &[f64],
+    trials: &[Trial],
+) -> Vec<Option<Vec<Vec<f64>>>> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    let mut used = DIRECTIONS;
+    for (k, trial) in trials.iter().enumerate() {
+        let How::New { strengths, exact, .. } = &trial.how else { continue };
+        if *exact {
+            groups.push(vec![k]);
+            used = DIRECTIONS;
+        } else if used + strengths.len() > DIRECTIONS {
+            groups.push(vec![k]);
+            used = strengths.len();
+        } else if let Some(group) = groups.last_mut() {
+            group.push(k);
+            used += strengths.len();
+        }
+    }
+    let found: Vec<Vec<Option<Vec<Vec<f64>>>>> = groups
+        .par_iter()
+        .map(|group| match &trials[group[0]].how {
+            How::New { spec, exact: true, .. } => vec![secant(problem, model, residual, spec)],
+            _ => derivatives(problem, model, group.iter().map(|&k| &trials[k]).collect()),
+        })
+        .collect();
+    let mut columns: Vec<Option<Vec<Vec<f64>>>> = trials.iter().map(|_| Some(Vec::new())).collect();
+    for (group, found) in groups.iter().zip(found) {
+        for (&k, set) in group.iter().zip(found) {
+            columns[k] = set.filter(|set| set.iter().flatten().all(|x| x.is_finite()));
+        }
+    }
+    columns
+}
+
+// What the effect changes when it is switched on.
+fn secant(
+    problem: &Problem,
+    model: &Candidate,
+    residual: &[f64],
+    spec: &EffectSpec,
+) -> Option<Vec<Vec<f64>>> {
+    let mut specs = model.specs.clone();
+    specs.push(spec.clone());
+    let extended = Candidate::new(problem, specs).ok()?;
+    let mut p = model.p.clone();
+    p.extend_from_slice(&extended.p[model.p.len()..]);
+    let changed = problem.form.residual(&extended.plant, &p);
+    Some(vec![residual.iter().zip(&changed).map(|(a, b)| a - b).collect()])
+}
+
+// Derivatives along the strengths of several trials at zero, in one plant.
+fn derivatives(problem: &Problem, model: &Candidate, trials: Vec<&Trial>) -> Vec<Option<Vec<Vec<f64>>>> {
+    let mut specs = model.specs.clone();
+    for trial in &trials {
+        if let How::New { spec, .. } = &trial.how {
+            specs.push(spec.clone());
+        }
+    }
+    let Ok(extended) = Candidate::new(problem, specs) else { return vec![None; trials.len()] };
+    let mut p = model.p.clone();
+    p.extend_from_slice(&extended.p[model.p.len()..]);
+    let mut positions = Vec::new();
+    for (k, trial) in trials.iter().enumerate() {
+        let first = extended.plant.range(model.specs.len() + k).start;
+        if let How::New { strengths, .. } = &trial.how {
+            for &s in strengths {
+                p[first + s] = 0.0;
+                positions.push(first + s);
+            }
+        }
+    }
+    let mut columns = problem.form.columns(&extended.plant, &p, &positions).into_iter();
+    trials
+        .iter()
+        .map(|trial| match &trial.how {
+            How::New { strengths, .. } => Some(columns.by_ref().take(strengths.len()).collect()),
+            How::Release { .. } => None,
+        })
+        .collect()
+}
+
+/// What a screen says of a trial.
+#[derive(Debug, Clone)]
+pub(crate) struct Score {
+    /// Strengths at the minimum (for an exact trial, the share of its first strength).
+    pub strengths: Vec<f64>,
+    /// Fall of the objective.
+    pub drop: f64,
+    /// Why it is out of the question.
+    pub out: Option<String>,
+}
+
+/// Scores of trials against a fitted base.
+pub(crate) struct Screen<'a> {
+    pub problem: &'a Problem<'a>,
+    pub model: &'a Candidate,
+    pub base: &'a Equations,
+}
+
+// A candidate that the free parameters imitate to this share cannot be told from them.
+const ABSORBED: f64 = 0.9999;
+
+impl Screen<'_> {
+    /// Score of a trial whose whitened columns are given. Shares of the signal are left to the refit.
+    pub fn score(&self, trial: &Trial, white: &[Vec<f64>]) -> Option<Score> {
+        match &trial.how {
+            How::Release { unknowns } => self.release(unknowns),
+            How::New { .. } => self.added(trial, white),
+        }
+    }
+
+    // r⊥ = r − J d₀, the residual at the base's minimum
+    fn minimum(&self) -> Vec<f64> {
+        let mut r = self.base.residual.clone();
+        for (column, d) in self.base.columns.iter().zip(&self.base.step) {
+            for (x, c) in r.iter_mut().zip(column) {
+                *x -= c * d;
+            }
+        }
+        r
+    }
+
+    // S = ZᵀZ − ZᵀJ A⁻¹ JᵀZ,  s = Zᵀ r⊥,  a = S⁻¹ s
+    fn added(&self, trial: &Trial, white: &[Vec<f64>]) -> Option<Score> {
+        let own: Vec<f64> = white.iter().map(|z| dot(z, z)).collect();
+        if own.iter().all(|n| *n <= 1e-12 || !n.is_finite()) {
+            return None;
+        }
+        let z = matrix(white);
+        let j = matrix(&self.base.columns);
+        let share = self.base.normal.solve_many(&cross(&j, &z));
+        let orthogonal: Mat<f64> = &z - &j * &share;
+        let minimum = self.minimum();
+        let r = matrix(std::slice::from_ref(&minimum));
+        let s_matrix = cross(&z, &orthogonal);
+        let s = cross(&z, &r);
+        let k = white.len();
+        let right: Vec<f64> = (0..k).map(|i| s[(i, 0)]).collect();
+        let left = (0..k).map(|i| s_matrix[(i, i)] / own[i].max(1e-300)).fold(0.0, f64::max);
+        let a = Normal::new(&s_matrix)?.solve(&right);
+        let drop = dot(&a, &right);
+        let out = if left < 1.0 - ABSORBED {
+            Some("these runs do not separate it from what is already free".to_owned())
+        } else {
+            trial.wrong_sign(&a)
+        };
+        Some(Score { strengths: a, drop, out })
+    }
+
+    // The same equations without the priors of some unknowns.
+    fn release(&self, unknowns: &[usize]) -> Option<Score> {
+        let mut freed = Candidate {
+            specs: self.model.specs.clone(),
+            plant: Candidate::new(self.problem, self.model.specs.clone()).ok()?.plant,
+            unknowns: self.model.unknowns.clone(),
+            p: self.model.p.clone(),
+        };
+        for &k in unknowns {
+            freed.unknowns[k].prior = None;
+        }
+        let equations = Equations::of(self.base.columns.clone(), self.base.residual.clone(), &freed, 0.0)?;
+        let at = |step: &[f64]| -> (Vec<f64>, f64) {
+            let mut r = self.base.residual.clone();
+            for (column, d) in self.base.columns.iter().zip(step) {
+                r.iter_mut().zip(column).for_each(|(x, c)| *x -= c * d);
+            }
+            let pull = self
+                .model
+                .unknowns
+                .iter()
+                .enumerate()
+                .map(
+                    |(k, u)| {
+                        if unknowns.contains(&k) { 0.0 } else { u.pull(self.model.p[u.position] + step[k]) }
+                    },
+                )
+                .sum();
+            (r, pull)
+        };
+        let (before, _) = at(&self.base.step);
+        let pull_before: f64 = self
+            .model
+            .unknowns
+            .iter()
+            .zip(&self.base.step)
+            .map(|(u, d)| u.pull(self.model.p[u.position] + d))
+            .sum();
+        let (after, pull_after) = at(&equations.step);
+        let tension = pull_before - pull_after;
+        let drop = dot(&before, &before) - dot(&after, &after) + tension;
+        let strengths = unknowns
+            .iter()
+            .map(|&k| self.model.p[self.model.unknowns[k].position] + equations.step[k])
+            .collect();
+        Some(Score { strengths, drop, out: None })
+    }
+}

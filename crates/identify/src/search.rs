@@ -1,0 +1,352 @@
+//! The search: screen, refit, accept, prune, until nothing in the catalogue passes the gates.
+
+use rayon::prelude::*;
+
+use sinew_model::EffectSpec;
+
+use crate::IdentifyError;
+use crate::colour::{Whitener, rows_of};
+use crate::features::random_features;
+use crate::gates::z_between;
+use crate::problem::{Candidate, Equations, Problem, refine};
+use crate::record::{Record, Sensors};
+use crate::refit::{Fitted, Refit, refit};
+use crate::report::Refusal;
+use crate::screen::{Score, Screen, all_columns};
+use crate::trial::{How, Offer, Trial, harmonics};
+
+/// A model at its fit, with the noise that it leaves.
+pub(crate) struct State {
+    pub fitted: Fitted,
+    pub whitener: Whitener,
+    /// Accepted effects, in the order of acceptance.
+    pub accepted: Vec<Accepted>,
+    /// The candidates offered to this model, and their raw columns.
+    pub trials: Vec<Trial>,
+    pub columns: Vec<Option<Vec<Vec<f64>>>>,
+}
+
+/// An accepted effect.
+#[derive(Debug, Clone)]
+pub(crate) struct Accepted {
+    pub trial: Trial,
+    /// Index of the effect among the model's.
+    pub effect: usize,
+    pub evidence: crate::gates::Evidence,
+    /// The next best significant candidates of its step, with their evidence and χ² disadvantage.
+    pub rivals: Vec<(Trial, f64)>,
+}
+
+/// A search over one set of runs.
+pub(crate) struct Search<'a> {
+    pub problem: &'a Problem<'a>,
+    pub records: &'a [Record],
+    pub sensors: &'a Sensors,
+    pub channel_std: Vec<f64>,
+    pub refusals: Vec<Refusal>,
+    /// Labels of candidates that are not offered again.
+    pub banned: Vec<String>,
+}
+
+/// Result of one round of screening and refitting.
+pub(crate) struct Round {
+    /// Candidates that pass, best first.
+    pub passed: Vec<Refit>,
+    /// Candidates that do not, best first.
+    pub failed: Vec<Refit>,
+}
+
+// Most candidates refitted in a round, and for one joint.
+const SHORT_LIST: usize = 8;
+const SHORT_LIST_PLACE: usize = 3;
+const FEATURES: usize = 140;
+// Differences of χ² and z below which two candidates are tied.
+const TIE_CHI: f64 = 10.0;
+const TIE_Z: f64 = 3.0;
+
+impl<'a> Search<'a> {
+    pub fn new(problem: &'a Problem<'a>, records: &'a [Record], sensors: &'a Sensors) -> Self {
+        let channel_std = channel_std(problem, records);
+        Self { problem, records, sensors, channel_std, refusals: Vec::new(), banned: Vec::new() }
+    }
+
+    /// The base fit: every parameter within its tolerance, and the noise it leaves.
+    pub fn base(&self, specs: Vec<EffectSpec>) -> Result<State, IdentifyError> {
+        let mut model = Candidate::new(self.problem, specs)?;
+        let at = model.linearise(self.problem);
+        let layout = self.problem.form.layout();
+        if let Some(k) = at.residual.iter().position(|x| !x.is_finite()) {
+            let segment = layout.segments.iter().find(|s| (s.first..s.first + s.len).contains(&k));
+            let run = segment.map_or("run", |s| self.records[s.record].name.as_str());
+            return Err(IdentifyError::run(
+                run,
+                "the model's prediction is not finite along this run",
+                "check stiffness, inertias and units with `sinew check`",
+            ));
+        }
+        let whitener = self.noise(&model, &at.residual, &[&at.columns]);
+        let white = whitener.apply_all(layout, &at.columns);
+        model.keep_excited(&white, |_| false);
+        let at = refine(self.problem, &mut model, &whitener, 5);
+        self.settled(model, at, Vec::new())
+    }
+
+    /// Noise from a saturated regression over all candidates, and a last refinement under it.
+    pub fn settled(
+        &self,
+        mut model: Candidate,
+        at: crate::problem::Linearised,
+        accepted: Vec<Accepted>,
+    ) -> Result<State, IdentifyError> {
+        let layout = self.problem.form.layout();
+        let trials = self.offered(&model, &at.residual);
+        let columns = all_columns(self.problem, &model, &at.residual, &trials);
+        let flat: Vec<Vec<f64>> = columns.iter().flatten().flatten().cloned().collect();
+        let whitener = self.noise(&model, &at.residual, &[&at.columns, &flat]);
+        let at = refine(self.problem, &mut model, &whitener, 3);
+        let white = whitener.apply(layout, &at.residual);
+        let objective = crate::problem::objective(&white, &model);
+        Ok(State { fitted: Fitted { model, at, white, objective }, whitener, accepted, trials, columns })
+    }
+
+    fn noise(&self, model: &Candidate, residual: &[f64], columns: &[&[Vec<f64>]]) -> Whitener {
+        let layout = self.problem.form.layout();
+        let seed = self.problem.options.seed;
+        let rows = (0..layout.channels.len()).map(|c| rows_of(layout, c).count()).min().unwrap_or(0);
+        let features = random_features(self.records, layout, FEATURES.min(rows / 8), seed);
+        let mut all: Vec<&[Vec<f64>]> = columns.to_vec();
+        all.push(&features);
+        Whitener::estimate(self.problem.form, self.records, &model.plant, &model.p, residual, &all, seed)
+    }
+
+    fn offered(&self, model: &Candidate, residual: &[f64]) -> Vec<Trial> {
+        let layout = self.problem.form.layout();
+        let scaled: Vec<Vec<f64>> = (0..layout.channels.len())
+            .map(|c| {
+                let rows = layout.of_channel(c).flat_map(|s| s.first..s.first + s.len);
+                rows.map(|k| if layout.keep[k] { residual[k] / self.channel_std[c] } else { 0.0 }).collect()
+            })
+            .collect();
+        let harmonics = harmonics(self.records, self.sensors, &scaled);
+        let offer = Offer {
+            problem: self.problem,
+            model,
+            sensors: self.sensors,
+            records: self.records,
+            harmonics: &harmonics,
+        };
+        offer.trials().into_iter().filter(|t| !self.banned.contains(&t.label())).collect()
+    }
+
+    /// One round: screen everything, refit the short list, pass it through the gates.
+    pub fn round(&mut self, state: &State, step: usize) -> Round {
+        let layout = self.problem.form.layout();
+        let fitted = &state.fitted;
+        let trials = &state.trials;
+        let Some(base) = Equations::new(&state.whitener, self.problem, &fitted.model, &fitted.at, 0.0) else {
+            return Round { passed: Vec::new(), failed: Vec::new() };
+        };
+        let screen = Screen { problem: self.problem, model: &fitted.model, base: &base };
+        let scores: Vec<Option<Score>> = trials
+            .par_iter()
+            .zip(&state.columns)
+            .map(|(trial, raw)| {
+                let raw = raw.as_ref()?;
+                screen.score(trial, &state.whitener.apply_all(layout, raw))
+            })
+            .collect();
+        let list = self.short_list(trials, &scores, step);
+        let refits: Vec<Option<Refit>> = list
+            .par_iter()
+            .map(|&k| {
+                let score = scores[k].as_ref()?;
+                refit(self.problem, fitted, &state.whitener, &trials[k], score, &self.channel_std)
+            })
+            .collect();
+        let (mut passed, mut failed) = (Vec::new(), Vec::new());
+        for mut refit in refits.into_iter().flatten() {
+            if refit.refused.is_none() {
+                refit.refused = refit.evidence.refused(self.problem.options, trials.len());
+            }
+            match &refit.refused {
+                None => passed.push(refit),
+                Some(reason) => {
+                    self.refuse(&refit.trial, step, reason.clone());
+                    failed.push(refit);
+                }
+            }
+        }
+        for list in [&mut passed, &mut failed] {
+            list.sort_by(|a, b| a.fitted.objective.total_cmp(&b.fitted.objective));
+        }
+        Round { passed, failed }
+    }
+
+    // The best start values of each effect and place; of those the best by the fall of the objective.
+    fn short_list(&mut self, trials: &[Trial], scores: &[Option<Score>], step: usize) -> Vec<usize> {
+        let mut best: Vec<usize> = Vec::new();
+        for k in 0..trials.len() {
+            let Some(score) = &scores[k] else { continue };
+            if let Some(reason) = &score.out {
+                if score.drop > 30.0 {
+                    self.refuse(&trials[k], step, reason.clone());
+                }
+                continue;
+            }
+            if !score.drop.is_finite() || score.drop < 12.0 {
+                continue;
+            }
+            match best.iter_mut().find(|b| trials[**b].label() == trials[k].label()) {
+                Some(slot) => {
+                    if scores[*slot].as_ref().is_some_and(|s| s.drop < score.drop) {
+                        *slot = k;
+                    }
+                }
+                None => best.push(k),
+            }
+        }
+        let drop = |k: usize| scores[k].as_ref().map_or(0.0, |s| s.drop);
+        best.sort_by(|&a, &b| drop(b).total_cmp(&drop(a)));
+        let mut list: Vec<usize> = Vec::new();
+        let top = best.first().map_or(0.0, |&k| drop(k));
+        for k in best {
+            let here = list.iter().filter(|&&l| trials[l].place == trials[k].place).count();
+            let worth = list.len() < 2 || drop(k) > 0.02 * top;
+            if worth && here < SHORT_LIST_PLACE && list.len() < SHORT_LIST {
+                list.push(k);
+            }
+        }
+        list
+    }
+
+    pub fn refuse(&mut self, trial: &Trial, step: usize, reason: String) {
+        let candidate = trial.label();
+        if !self.refusals.iter().any(|r| r.candidate == candidate && r.step == step && r.reason == reason) {
+            self.refusals.push(Refusal { candidate, step, reason });
+        }
+    }
+
+    /// The simplest of the candidates tied with the best, with its rivals.
+    pub fn choose(&self, round: &Round) -> Option<(usize, Vec<(Trial, f64)>)> {
+        let layout = self.problem.form.layout();
+        let best = round.passed.first()?;
+        let temper = best.evidence.temper;
+        let rows = layout.len.max(2) as f64;
+        let distance = |o: &Refit| {
+            let charge = (o.trial.parameters as f64 - best.trial.parameters as f64) * rows.ln();
+            (o.fitted.objective - best.fitted.objective) / temper + charge
+        };
+        let tied = |o: &Refit| {
+            distance(o) < TIE_CHI || z_between(layout, &o.fitted.white, &best.fitted.white) < TIE_Z
+        };
+        let gain = best.evidence.data + best.evidence.tension;
+        let cheap = |o: &Refit| o.fitted.objective - best.fitted.objective < (0.02 * gain).max(8.0 * temper);
+        let mut chosen = 0;
+        for (k, o) in round.passed.iter().enumerate() {
+            if tied(o) && cheap(o) && o.trial.complexity() < round.passed[chosen].trial.complexity() {
+                chosen = k;
+            }
+        }
+        let rivals = round
+            .passed
+            .iter()
+            .enumerate()
+            .filter(|(k, o)| *k != chosen && tied(o) && o.trial.label() != round.passed[chosen].trial.label())
+            .map(|(_, o)| (o.trial.clone(), distance(o)))
+            .collect();
+        Some((chosen, rivals))
+    }
+
+    /// Accepts the chosen candidate, and with it others at other places whose columns do not overlap with it: a robot
+    /// with friction missing in every joint needs one step, not one for each.
+    pub fn accept(&self, state: &State, round: Round) -> Result<Option<State>, IdentifyError> {
+        let Some((chosen, rivals)) = self.choose(&round) else { return Ok(None) };
+        let mut passed: Vec<Option<Refit>> = round.passed.into_iter().map(Some).collect();
+        let Some(first) = passed[chosen].take() else { return Ok(None) };
+        let mut companions: Vec<Refit> = Vec::new();
+        for other in passed.into_iter().flatten() {
+            let apart = |o: &Refit| {
+                o.trial.place != other.trial.place
+                    && overlap(&state.fitted.white, &o.fitted.white, &other.fitted.white) < OVERLAP
+            };
+            let new = matches!(other.trial.how, How::New { .. });
+            if new && apart(&first) && companions.iter().all(apart) {
+                companions.push(other);
+            }
+        }
+        let mut accepted = state.accepted.clone();
+        accepted.push(taken(&first, rivals));
+        let mut model = first.fitted.model;
+        for companion in companions {
+            let How::New { spec, .. } = &companion.trial.how else { continue };
+            model = appended(self.problem, model, spec, &companion.fitted.model)?;
+            let mut entry = taken(&companion, Vec::new());
+            entry.effect = model.specs.len() - 1;
+            accepted.push(entry);
+        }
+        let at = refine(self.problem, &mut model, &state.whitener, 3);
+        self.settled(model, at, accepted).map(Some)
+    }
+}
+
+// Two changes of the residual overlap by less than this cosine if they concern different joints.
+const OVERLAP: f64 = 0.3;
+
+// |cos| of the changes that two candidates make to the whitened residual.
+fn overlap(before: &[f64], a: &[f64], b: &[f64]) -> f64 {
+    let (mut ab, mut aa, mut bb) = (0.0, 0.0, 0.0f64);
+    for k in 0..before.len() {
+        let (x, y) = (before[k] - a[k], before[k] - b[k]);
+        ab += x * y;
+        aa += x * x;
+        bb += y * y;
+    }
+    ab.abs() / (aa * bb).sqrt().max(1e-300)
+}
+
+pub(crate) fn taken(refit: &Refit, rivals: Vec<(Trial, f64)>) -> Accepted {
+    let effect = match &refit.trial.how {
+        How::New { .. } => refit.fitted.model.specs.len() - 1,
+        How::Release { unknowns } => refit.fitted.model.unknowns[unknowns[0]].id.effect,
+    };
+    Accepted { trial: refit.trial.clone(), effect, evidence: refit.evidence.clone(), rivals }
+}
+
+// The model with one more effect, at the values that its own refit gave it.
+fn appended(
+    problem: &Problem,
+    mut model: Candidate,
+    spec: &EffectSpec,
+    refitted: &Candidate,
+) -> Result<Candidate, IdentifyError> {
+    let mut specs = model.specs.clone();
+    specs.push(spec.clone());
+    let mut extended = Candidate::new(problem, specs)?;
+    let effect = model.specs.len();
+    let source = refitted.plant.range(refitted.specs.len() - 1);
+    model.p.extend_from_slice(&refitted.p[source.clone()]);
+    let first = extended.plant.range(effect).start;
+    let new = refitted.unknowns.iter().filter(|u| source.contains(&u.position)).map(|u| {
+        let mut unknown = u.clone();
+        unknown.id.effect = effect;
+        unknown.position = first + u.id.parameter;
+        unknown
+    });
+    model.unknowns.extend(new);
+    extended.unknowns = model.unknowns;
+    extended.p = model.p;
+    Ok(extended)
+}
+
+/// Standard deviation of each measured channel over all rows.
+fn channel_std(problem: &Problem, records: &[Record]) -> Vec<f64> {
+    let layout = problem.form.layout();
+    (0..layout.channels.len())
+        .map(|c| {
+            let values: Vec<f64> = records.iter().flat_map(|r| r.rows(&r.measured[c])).collect();
+            let n = values.len().max(1) as f64;
+            let mean = values.iter().sum::<f64>() / n;
+            (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt().max(1e-300)
+        })
+        .collect()
+}

@@ -1,0 +1,342 @@
+//! The candidates that a catalogue offers to a model: effect, place, start values.
+
+use sinew_effect::{Card, Entry, PlaceKind, Requirement, Role, Screening, Sensor, Written};
+use sinew_model::{EffectSpec, Place};
+use sinew_rigid::{Bodies, Scratch, inertias, mass_matrix_with};
+
+use crate::problem::{Candidate, Problem};
+use crate::record::{Channel, Record, Sensors};
+
+/// How a trial changes the model.
+#[derive(Debug, Clone)]
+pub(crate) enum How {
+    /// A new effect; `strengths` are the parameters screened, together as one secant if `exact`.
+    New { spec: EffectSpec, strengths: Vec<usize>, exact: bool },
+    /// The priors of these unknowns of the model fall.
+    Release { unknowns: Vec<usize> },
+}
+
+/// One effect at one place with one set of start values.
+#[derive(Debug, Clone)]
+pub(crate) struct Trial {
+    pub card: &'static Card,
+    pub place: Place,
+    pub how: How,
+    /// New parameters that its refit would have.
+    pub parameters: usize,
+}
+
+impl Trial {
+    /// `effect@place`.
+    pub fn label(&self) -> String {
+        match &self.place {
+            Place::Robot => self.card.name.to_owned(),
+            place => format!("{}@{place}", self.card.name),
+        }
+    }
+
+    /// Strengths and shapes, for ties: a plain cause is preferred when the data do not care.
+    pub fn complexity(&self) -> f64 {
+        let count = self.parameters as f64;
+        match self.card.name {
+            "payload" => 0.8,
+            "base_tilt" => 0.85 * count,
+            "presliding_friction" => 1.5 * count,
+            "viscous_friction" | "coulomb_friction" => 0.9,
+            _ => count,
+        }
+    }
+
+    /// The sentence that refuses strengths of an impossible sign.
+    pub fn wrong_sign(&self, strengths: &[f64]) -> Option<String> {
+        let How::New { strengths: screened, exact, .. } = &self.how else { return None };
+        if *exact {
+            return (strengths[0] <= 0.0).then(|| "the residual asks for its opposite".to_owned());
+        }
+        screened.iter().zip(strengths).find_map(|(&k, &a)| {
+            let parameter = &self.card.parameters[k];
+            let (low, high) = parameter.range;
+            (a < low || a > high).then(|| format!("{} would be {a:.3} {}", parameter.key, parameter.unit))
+        })
+    }
+}
+
+/// What the enumeration looks at.
+pub(crate) struct Offer<'a> {
+    pub problem: &'a Problem<'a>,
+    pub model: &'a Candidate,
+    pub sensors: &'a Sensors,
+    pub records: &'a [Record],
+    /// Harmonics found by the position scan: degree of freedom and periods a turn.
+    pub harmonics: &'a [(usize, f64)],
+}
+
+impl Offer<'_> {
+    /// Every trial whose requirements hold.
+    pub fn trials(&self) -> Vec<Trial> {
+        let entries = self.problem.catalogue.entries.iter();
+        entries.flat_map(|entry| self.of_entry(entry)).collect()
+    }
+
+    fn of_entry(&self, entry: &'static Entry) -> Vec<Trial> {
+        let model = &self.problem.robot.model;
+        let places: Vec<(Place, Option<usize>)> = match entry.place {
+            PlaceKind::Joint => (0..model.nv)
+                .filter(|&d| self.sensors.imposed[d].is_some())
+                .map(|d| (Place::Joint(model.dof_name(d).to_owned()), Some(d)))
+                .collect(),
+            PlaceKind::Link => model
+                .links
+                .iter()
+                .filter(|l| l.body.is_some())
+                .map(|l| (Place::Link(l.name.clone()), None))
+                .collect(),
+            PlaceKind::Robot => vec![(Place::Robot, None)],
+        };
+        places.into_iter().flat_map(|(place, dof)| self.at(entry, place, dof)).collect()
+    }
+
+    fn at(&self, entry: &'static Entry, place: Place, dof: Option<usize>) -> Vec<Trial> {
+        let card = entry.card;
+        if let Screening::Release { effect, parameter } = card.screening {
+            let found = self.present(effect, &place);
+            let freed = found.map(|e| self.with_prior(e, Some(parameter))).unwrap_or_default();
+            return self.release(card, place, freed);
+        }
+        if let Some(effect) = self.present(card.name, &place) {
+            let freed = self.with_prior(effect, None);
+            return self.release(card, place, freed);
+        }
+        if entry.place == PlaceKind::Link || !card.requires.iter().all(|r| self.holds(r, &place, dof)) {
+            return Vec::new();
+        }
+        self.starts(entry, &place, dof)
+            .into_iter()
+            .map(|(spec, strengths, exact)| {
+                let stated = card.parameters.iter().filter(|p| p.role == Role::Stated).count();
+                let parameters = card.parameters.len() - stated;
+                Trial { card, place: place.clone(), how: How::New { spec, strengths, exact }, parameters }
+            })
+            .collect()
+    }
+
+    fn release(&self, card: &'static Card, place: Place, unknowns: Vec<usize>) -> Vec<Trial> {
+        if unknowns.is_empty() {
+            return Vec::new();
+        }
+        let parameters = unknowns.len();
+        vec![Trial { card, place, how: How::Release { unknowns }, parameters }]
+    }
+
+    fn present(&self, kind: &str, place: &Place) -> Option<usize> {
+        self.model.specs.iter().position(|s| s.kind == kind && s.place == *place)
+    }
+
+    // Unknowns of an effect (of one of its parameters) that still have a prior; strengths only.
+    fn with_prior(&self, effect: usize, parameter: Option<&str>) -> Vec<usize> {
+        let card = self.model.plant.effects()[effect].effect.card();
+        let wanted = |k: usize| {
+            let p = &card.parameters[k];
+            match parameter {
+                Some(key) => p.key == key,
+                None => p.role == Role::Strength && !self.released_elsewhere(card, p.key),
+            }
+        };
+        let unknowns = self.model.unknowns.iter().enumerate();
+        unknowns
+            .filter(|(_, u)| u.id.effect == effect && u.prior.is_some() && wanted(u.id.parameter))
+            .map(|(k, _)| k)
+            .collect()
+    }
+
+    // Some parameters are released under a name of their own: a wrong stiffness is no new elasticity.
+    fn released_elsewhere(&self, card: &Card, key: &str) -> bool {
+        self.problem.catalogue.entries.iter().any(|e| {
+            matches!(e.card.screening, Screening::Release { effect, parameter } if effect == card.name && parameter == key)
+        })
+    }
+
+    fn holds(&self, requirement: &Requirement, place: &Place, dof: Option<usize>) -> bool {
+        let has = |sensor| dof.is_some_and(|dof| self.sensors.channels.contains(&Channel { sensor, dof }));
+        let elastic = dof.is_some_and(|d| self.model.plant.elastic()[d]);
+        let encoder = has(Sensor::JointPosition);
+        let model = &self.problem.robot.model;
+        match requirement {
+            Requirement::Parent(name) => self.present(name, place).is_some(),
+            Requirement::Elastic => elastic,
+            Requirement::Rigid => !elastic,
+            Requirement::LinkEncoder => encoder,
+            Requirement::ElasticOrLinkEncoder => elastic || encoder,
+            Requirement::MotorTorque => has(Sensor::MotorTorque),
+            Requirement::Joints(n) => model.nv >= *n,
+            Requirement::Turning => dof.is_none_or(|d| !model.joints[model.joint_of_dof(d).0].kind.slides()),
+        }
+    }
+
+    // Start values: the grid of the shape, the exact strengths, or both.
+    fn starts(
+        &self,
+        entry: &'static Entry,
+        place: &Place,
+        dof: Option<usize>,
+    ) -> Vec<(EffectSpec, Vec<usize>, bool)> {
+        let card = entry.card;
+        let plain = EffectSpec::new(card.name, place.clone());
+        let strengths: Vec<usize> =
+            (0..card.parameters.len()).filter(|&k| card.parameters[k].role == Role::Strength).collect();
+        let last = card.parameters.len() - 1;
+        let set = |spec: &EffectSpec, k: usize, value: f64| {
+            let parameter = &card.parameters[k];
+            let written = if parameter.written == Written::Reciprocal { 1.0 / value } else { value };
+            spec.clone().with(parameter.key, written)
+        };
+        match card.screening {
+            Screening::Linear => {
+                let grids = self.shape_grid(card, dof);
+                match grids {
+                    Some((k, grid)) => {
+                        grid.iter().map(|&v| (set(&plain, k, v), strengths.clone(), false)).collect()
+                    }
+                    None => vec![(plain, strengths, false)],
+                }
+            }
+            Screening::Exact { strengths: tried } => {
+                tried.iter().map(|&v| (set(&plain, strengths[0], v), vec![strengths[0]], true)).collect()
+            }
+            Screening::Quantiles { quantiles } => {
+                let values = dof.map(|d| self.quantiles(d, quantiles)).unwrap_or_default();
+                let sides = if entry.words.contains(&"side") { vec!["above", "below"] } else { vec![""] };
+                let mut out = Vec::new();
+                for (side, v) in sides.iter().flat_map(|s| values.iter().map(move |v| (*s, *v))) {
+                    let mut spec = set(&plain, last, v);
+                    if !side.is_empty() {
+                        spec.settings.push(("side".to_owned(), sinew_model::Setting::Word(side.to_owned())));
+                    }
+                    out.push((spec, strengths.clone(), false));
+                }
+                out
+            }
+            Screening::Harmonic => self
+                .harmonics
+                .iter()
+                .filter(|(d, _)| Some(*d) == dof)
+                .map(|&(_, n)| (set(&plain, last, n), strengths.clone(), false))
+                .collect(),
+            Screening::Resonance { hertz } => dof.map_or_else(Vec::new, |d| {
+                let inertia = self.apparent_inertia(d);
+                hertz
+                    .iter()
+                    .map(|f| {
+                        let stiffness = inertia * (2.0 * std::f64::consts::PI * f).powi(2);
+                        let damping = 2.0 * 0.03 * (stiffness * inertia).sqrt();
+                        let spec = set(&set(&plain, 0, 1.0 / stiffness), 1, damping);
+                        (spec, vec![0], true)
+                    })
+                    .collect()
+            }),
+            Screening::Release { .. } => Vec::new(),
+        }
+    }
+
+    // The first shape with more than one start value; velocities only below the fastest seen.
+    fn shape_grid(&self, card: &Card, dof: Option<usize>) -> Option<(usize, Vec<f64>)> {
+        card.parameters.iter().enumerate().find_map(|(k, p)| match p.role {
+            Role::Shape { grid } if grid.len() > 1 => {
+                let top = dof.map_or(f64::INFINITY, |d| self.top_speed(d));
+                let keep = |v: &&f64| !p.key.ends_with("velocity") || **v < top;
+                Some((k, grid.iter().filter(keep).copied().collect()))
+            }
+            _ => None,
+        })
+    }
+
+    fn top_speed(&self, dof: usize) -> f64 {
+        self.records.iter().flat_map(|r| &r.thetad[dof]).fold(0.0, |m, v| m.max(v.abs()))
+    }
+
+    fn quantiles(&self, dof: usize, quantiles: &[f64]) -> Vec<f64> {
+        let mut all: Vec<f64> = self.records.iter().flat_map(|r| r.theta[dof].iter().copied()).collect();
+        all.sort_by(f64::total_cmp);
+        quantiles.iter().map(|q| all[((all.len() - 1) as f64 * q) as usize]).collect()
+    }
+
+    fn apparent_inertia(&self, dof: usize) -> f64 {
+        let model = &self.problem.robot.model;
+        let record = &self.records[0];
+        let q: Vec<f64> = record.theta.iter().map(|t| t[record.len() / 2]).collect();
+        let (body, armature) = (inertias::<f64>(model), vec![0.0; model.nv]);
+        let bodies = Bodies { model, inertia: &body, gravity: model.gravity, armature: &armature };
+        let mut mass = vec![0.0; model.nv * model.nv];
+        mass_matrix_with(&bodies, &mut Scratch::new(model), &q, &mut mass);
+        mass[dof * model.nv + dof]
+    }
+}
+
+// Periods a turn that the scan tries.
+const MOST_PERIODS: usize = 140;
+
+/// Harmonics of the residual in each joint's position: the best few periods a turn by least squares.
+pub(crate) fn harmonics(records: &[Record], sensors: &Sensors, scaled: &[Vec<f64>]) -> Vec<(usize, f64)> {
+    let mut found = Vec::new();
+    for dof in 0..sensors.imposed.len() {
+        let all = || records.iter().flat_map(|r| r.theta[dof].iter().copied());
+        let range = all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min);
+        if sensors.imposed[dof].is_none() || range <= 0.0 {
+            continue;
+        }
+        let first = ((2.5 * 2.0 * std::f64::consts::PI / range).ceil() as usize).max(4);
+        if first > MOST_PERIODS {
+            continue;
+        }
+        let channels: Vec<usize> =
+            (0..sensors.channels.len()).filter(|&c| sensors.channels[c].dof == dof).collect();
+        let spectra = spectra(records, dof, first, &channels, scaled);
+        let mut best: Vec<usize> = Vec::new();
+        for spectrum in &spectra {
+            let peak = |k: usize| {
+                (k == 0 || spectrum[k] >= spectrum[k - 1])
+                    && (k + 1 == spectrum.len() || spectrum[k] > spectrum[k + 1])
+            };
+            let mut peaks: Vec<usize> = (0..spectrum.len()).filter(|&k| peak(k)).collect();
+            peaks.sort_by(|&a, &b| spectrum[b].total_cmp(&spectrum[a]));
+            best.extend(peaks.into_iter().take(3));
+        }
+        best.dedup();
+        let mut kept: Vec<usize> = Vec::new();
+        for k in best {
+            if kept.iter().all(|&other: &usize| other.abs_diff(k) > 1) && kept.len() < 6 {
+                kept.push(k);
+            }
+        }
+        found.extend(kept.into_iter().map(|k| (dof, (first + k) as f64)));
+    }
+    found
+}
+
+// For each channel, the squared residual that φ∗sin nθ and φ∗cos nθ explain, for n = first …
+fn spectra(
+    records: &[Record],
+    dof: usize,
+    first: usize,
+    channels: &[usize],
+    scaled: &[Vec<f64>],
+) -> Vec<Vec<f64>> {
+    let mut spectra = vec![Vec::new(); channels.len()];
+    for n in first..=MOST_PERIODS {
+        let wave = |f: fn(f64) -> f64| -> Vec<f64> {
+            records
+                .iter()
+                .flat_map(|r| r.rows(&r.theta[dof].iter().map(|t| f(n as f64 * t)).collect::<Vec<_>>()))
+                .collect()
+        };
+        let (s, c) = (wave(f64::sin), wave(f64::cos));
+        for (spectrum, &channel) in spectra.iter_mut().zip(channels) {
+            let e = &scaled[channel];
+            let d = |a: &[f64], b: &[f64]| crate::least_squares::dot(a, b);
+            let (ss, cc, sc, se, ce) = (d(&s, &s), d(&c, &c), d(&s, &c), d(&s, e), d(&c, e));
+            let determinant = (ss * cc - sc * sc).max(1e-12);
+            spectrum.push((cc * se * se - 2.0 * sc * se * ce + ss * ce * ce) / determinant);
+        }
+    }
+    spectra
+}

@@ -1,0 +1,107 @@
+//! The graded verdict: three numbers for each channel and one word.
+
+use crate::colour::rows_of;
+use crate::diagnosis::ChannelReport;
+use crate::least_squares::{Normal, cross, dot, matrix};
+use crate::problem::Problem;
+use crate::remainder::predictable;
+use crate::report::Verdict;
+use crate::search::{Search, State};
+
+// Share of the remaining variance that may be predictable in a complete model, and in one that is half explained.
+const COMPLETE: f64 = 0.1;
+const HALF: f64 = 0.3;
+// Distance to the reachable floor of an adequate model.
+const NEAR_FLOOR: f64 = 2.0;
+
+/// The three numbers of every channel for a fitted model.
+pub(crate) fn channels(search: &Search, state: &State) -> Vec<ChannelReport> {
+    let layout = search.problem.form.layout();
+    let model = &search.problem.robot.model;
+    let residual = &state.fitted.at.residual;
+    let scaled = search_scaled(search, state);
+    let remainder = predictable(search.records, layout, &scaled, search.problem.options.seed + 17);
+    let unseen = unseen_residual(search.problem, state);
+    layout
+        .channels
+        .iter()
+        .enumerate()
+        .map(|(c, channel)| ChannelReport {
+            signal: channel.signal().to_owned(),
+            joint: model.dof_name(channel.dof).to_owned(),
+            unseen_error: rms(rows_of(layout, c).map(|k| unseen[k])) / search.channel_std[c],
+            predictable_remainder: remainder[c],
+            distance_to_floor: rms(rows_of(layout, c).map(|k| residual[k]))
+                / state.whitener.channels[c].floor,
+        })
+        .collect()
+}
+
+/// The word for a model with `accepted` effects.
+pub(crate) fn word(channels: &[ChannelReport], accepted: usize) -> Verdict {
+    let worst = channels.iter().map(|c| c.predictable_remainder).fold(0.0, f64::max);
+    let far = channels.iter().map(|c| c.distance_to_floor).fold(0.0, f64::max);
+    match accepted {
+        0 if worst < COMPLETE && far < NEAR_FLOOR => Verdict::Adequate,
+        0 => Verdict::Unexplained,
+        _ if worst < HALF => Verdict::Missing,
+        _ => Verdict::PartlyExplained,
+    }
+}
+
+// The residual with each row divided by its own standard deviation: reversals do not dominate.
+fn search_scaled(search: &Search, state: &State) -> Vec<f64> {
+    let layout = search.problem.form.layout();
+    let mut scaled = state.fitted.at.residual.clone();
+    for segment in &layout.segments {
+        let kappa = state.whitener.channels[segment.channel].kappa;
+        for k in segment.first..segment.first + segment.len {
+            scaled[k] /= (1.0 + kappa * layout.reversal[k].powi(2)).sqrt();
+        }
+    }
+    scaled
+}
+
+// Every fold's residual with the parameters fitted on the other folds, to first order.
+fn unseen_residual(problem: &Problem, state: &State) -> Vec<f64> {
+    let layout = problem.form.layout();
+    let (fitted, whitener) = (&state.fitted, &state.whitener);
+    let white = whitener.apply_all(layout, &fitted.at.columns);
+    let mut unseen = fitted.at.residual.clone();
+    if white.is_empty() {
+        return unseen;
+    }
+    let j = matrix(&white);
+    let mut a = cross(&j, &j);
+    let mut g: Vec<f64> = white.iter().map(|c| dot(c, &fitted.white)).collect();
+    for (k, u) in fitted.model.unknowns.iter().enumerate() {
+        a[(k, k)] += u.weight();
+        if let Some((mean, _)) = u.prior {
+            g[k] += u.weight() * (mean - fitted.model.p[u.position]);
+        }
+    }
+    for fold in 0..layout.folds {
+        let rows: Vec<usize> = (0..layout.len).filter(|&k| layout.fold[k] == fold).collect();
+        let part: Vec<Vec<f64>> = white.iter().map(|c| rows.iter().map(|&k| c[k]).collect()).collect();
+        let part = matrix(&part);
+        let r: Vec<f64> = rows.iter().map(|&k| fitted.white[k]).collect();
+        let without: Vec<f64> = (0..white.len())
+            .map(|i| g[i] - (0..rows.len()).map(|k| part[(k, i)] * r[k]).sum::<f64>())
+            .collect();
+        let Some(normal) = Normal::new(&(&a - cross(&part, &part))) else { continue };
+        let step = normal.solve(&without);
+        for &k in &rows {
+            unseen[k] -= fitted.at.columns.iter().zip(&step).map(|(c, d)| c[k] * d).sum::<f64>();
+        }
+    }
+    unseen
+}
+
+pub(crate) fn rms(values: impl Iterator<Item = f64>) -> f64 {
+    let (mut sum, mut n) = (0.0, 0.0f64);
+    for x in values {
+        sum += x * x;
+        n += 1.0;
+    }
+    (sum / n.max(1.0)).sqrt()
+}
