@@ -36,7 +36,7 @@ fn section(out: &mut String, card: &Card) {
         *out += "\n| key | symbol | unit | role | range | known to |\n|---|---|---|---|---|---|\n";
         for p in card.parameters {
             let (role, range, prior) = (wording::role(p), wording::range(p), wording::prior(p));
-            let symbol = cell(p.symbol);
+            let symbol = cell(wording::symbol(p));
             *out += &format!(
                 "| `{}` | {symbol} | {} | {role} | {range} | {prior} |\n",
                 p.label(),

@@ -31,7 +31,7 @@ const SMALLEST_BEND: f64 = 1e-8;
 static CARD: Card = Card {
     name: "presliding_friction",
     title: "Friction that builds up over a small displacement after each reversal",
-    law: "τ = −z − σ₁ θ̇ (1 − s z/F), ż = σ₀ |θ̇|/F · (F s − z),  F = F_c,  s = tanh(θ̇/v₀)",
+    law: "τ = −z − σ₁ θ̇ (1 − s z/F) with ż = σ₀ |θ̇|/F · (F s − z),  F = F_c,  s = tanh(θ̇/v₀)",
     symptom: "torque builds up over micrometres after each reversal: loops of torque against position that do not depend on the speed",
     family: Family::Friction,
     energy: Energy::Dissipates,

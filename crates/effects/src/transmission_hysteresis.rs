@@ -26,7 +26,7 @@ const ROUNDING: f64 = 1e-12;
 static CARD: Card = Card {
     name: "transmission_hysteresis",
     title: "A gear whose torque depends on where the deflection last turned back",
-    law: "τ_J ← τ_J + A z, ż = (δ̇ − |δ̇| z)/δ_y",
+    law: "τ_J ← τ_J + A z with ż = (δ̇ − |δ̇| z)/δ_y",
     symptom: "a closed loop of deflection against torque that does not depend on the speed and whose width saturates",
     family: Family::Transmission,
     energy: Energy::StoresAndDissipates,

@@ -53,7 +53,7 @@ pub(crate) fn requirement(requirement: &Requirement) -> String {
 pub(crate) fn role(parameter: &Parameter) -> &'static str {
     match (parameter.role, parameter.written) {
         (Role::Strength, Written::Plain) => "strength",
-        (Role::Strength, Written::Reciprocal) => "strength, written as its reciprocal",
+        (Role::Strength, Written::Reciprocal) => "strength, as its reciprocal",
         (Role::Shape { .. }, _) => "shape",
         (Role::Stated, _) => "stated, never fitted",
     }
@@ -75,6 +75,14 @@ pub(crate) fn prior(parameter: &Parameter) -> String {
         (_, Prior::Absolute(std)) => format!("± {std} {}", parameter.unit),
         (_, Prior::Factor(log)) => format!("× or ÷ {:.1}", log.exp()),
         (_, Prior::Free) => "free".to_owned(),
+    }
+}
+
+/// The letter of what files hold.
+pub(crate) fn symbol(parameter: &Parameter) -> &'static str {
+    match parameter.written {
+        Written::Plain => parameter.symbol,
+        Written::Reciprocal => parameter.symbol.trim_start_matches("1/"),
     }
 }
 
