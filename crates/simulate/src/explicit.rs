@@ -8,6 +8,7 @@ use differential_equations::ode::OrdinaryNumericalMethod;
 use differential_equations::status::Status;
 
 use crate::counted::Counted;
+use crate::solver::STRETCH;
 use crate::{StepFailure, System, Tolerance, Work};
 
 type Dop853 = ExplicitRungeKutta<Ordinary, DormandPrince, f64, Vec<f64>, 8, 12, 16>;
@@ -59,7 +60,8 @@ impl Explicit {
         for _ in 0..budget {
             let left = t1 - self.solver.t();
             let planned = self.solver.h();
-            if planned >= left {
+            let last = planned * STRETCH >= left;
+            if last {
                 self.solver.set_h(left);
             }
             match self.solver.step(system) {
@@ -81,7 +83,7 @@ impl Explicit {
             }
             (work.steps, rejected) = (work.steps + 1, 0);
             self.guess = self.solver.h();
-            if planned >= left {
+            if last {
                 // The last step was cut short by the interval, not by its error.
                 self.guess = self.guess.max(planned);
                 return Ok(t1);

@@ -19,6 +19,7 @@ mod noise;
 mod random;
 mod simulate;
 mod solver;
+mod start;
 mod stiff;
 mod trajectory;
 
@@ -30,6 +31,7 @@ pub(crate) use error::StepFailure;
 pub use excitation::{Excitation, Limits};
 pub use noise::{Noise, SensorNoise};
 pub use random::Stream;
-pub use simulate::{Options, SIGNALS, Simulated, Start, simulate};
+pub use simulate::{Options, SIGNALS, Simulated, simulate};
 pub use solver::{Method, Solver, System, Tolerance, Work, integrate};
+pub use start::Start;
 pub use trajectory::{Motion, Point, Trajectory};

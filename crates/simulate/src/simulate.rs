@@ -7,7 +7,8 @@ use crate::channels::Channel;
 use crate::equations::Equations;
 use crate::holds::Holds;
 use crate::noise::{self, Noise};
-use crate::{Drive, EnergyAudit, Measured, Method, SimulateError, Solver, Tolerance, Work};
+use crate::solver::INSTANT;
+use crate::{Drive, EnergyAudit, Measured, Method, SimulateError, Solver, Start, Tolerance, Work};
 
 /// What to simulate.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,22 +27,6 @@ pub struct Options {
     pub method: Method,
     /// How well.
     pub tolerance: Tolerance,
-}
-
-/// A robot at rest.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Start {
-    /// Link-side positions.
-    pub q: Vec<f64>,
-    /// Motor-side positions; those of rigid joints are not looked at.
-    pub theta: Vec<f64>,
-}
-
-impl Start {
-    /// Springs without deflection: θ = q.
-    pub fn at(q: &[f64]) -> Self {
-        Self { q: q.to_vec(), theta: q.to_vec() }
-    }
 }
 
 impl Options {
@@ -218,6 +203,8 @@ impl<'a> Bench<'a> {
         while t < to {
             let due = self.channels.iter().map(|c| c.due(&self.options.times));
             let stop = due.fold(self.holds.next_switch().min(to), f64::min);
+            // What differs from the next sample by rounding belongs to it.
+            let stop = if to - stop <= INSTANT { to } else { stop };
             self.work += self.solver.advance(&mut self.equations, t, &mut self.x, stop)?;
             t = stop;
             if t < to {

@@ -7,6 +7,7 @@ use differential_equations::status::Status;
 use differential_equations::traits::State;
 
 use crate::counted::Counted;
+use crate::solver::STRETCH;
 use crate::{StepFailure, System, Tolerance, Work};
 
 /// Radau5 with a first guess that outlives the interval.
@@ -85,19 +86,20 @@ impl Stiff {
                 .rtol(vec![self.tolerance.relative; N])
                 .atol(vec![self.tolerance.absolute; N])
                 // Zero asks the library for a guess of its own.
-                .h0(self.guess.min(left));
+                .h0(if self.guess * STRETCH >= left { left } else { self.guess });
             radau.init(system, t, t1, x).map_err(|e| failure(t, &e))?;
             radau.set_status(Status::Solving);
-            let cut = self.guess > left;
-            let accepted = steps(&mut radau, system, t1)?;
-            (work.steps, rejected) =
-                (work.steps + accepted.steps, if accepted.steps > 0 { 0 } else { rejected });
-            if accepted.rejected {
+            let cut = self.guess * STRETCH >= left;
+            let passed = steps(&mut radau, system, t1)?;
+            work.steps += passed.accepted;
+            if passed.accepted > 0 {
+                rejected = 0;
+            }
+            if passed.rejected {
                 (work.rejected, rejected) = (work.rejected + 1, rejected + 1);
             }
-            if !(cut && accepted.steps > 0) {
-                self.guess = radau.h();
-            }
+            // A step cut short by the interval says little about the next.
+            self.guess = if cut && !passed.rejected { self.guess.max(radau.h()) } else { radau.h() };
             (t, *x) = (radau.t(), *radau.y());
             if t1 - t <= 4.0 * f64::EPSILON * t1.abs().max(left) {
                 return Ok(());
@@ -111,8 +113,8 @@ impl Stiff {
     }
 }
 
-struct Accepted {
-    steps: usize,
+struct Passed {
+    accepted: usize,
     rejected: bool,
 }
 
@@ -121,16 +123,16 @@ fn steps<const N: usize>(
     radau: &mut impl OrdinaryNumericalMethod<f64, [f64; N]>,
     system: &Counted,
     t1: f64,
-) -> Result<Accepted, StepFailure> {
-    let mut steps = 0;
+) -> Result<Passed, StepFailure> {
+    let mut accepted = 0;
     loop {
         radau.step(system).map_err(|e| failure(radau.t(), &e))?;
         if matches!(radau.status(), Status::RejectedStep) {
-            return Ok(Accepted { steps, rejected: true });
+            return Ok(Passed { accepted, rejected: true });
         }
-        steps += 1;
-        if radau.t() + radau.h() > t1 {
-            return Ok(Accepted { steps, rejected: false });
+        accepted += 1;
+        if radau.t() + STRETCH * radau.h() >= t1 {
+            return Ok(Passed { accepted, rejected: false });
         }
     }
 }

@@ -21,6 +21,8 @@ pub struct Trajectory {
 }
 
 /// The motion of one joint: excitations one after the other, each beginning and ending at rest in the centre.
+///
+/// Beginning and end take a tenth of a part, at most 1 s, and add up to 1.9 · amplitude/ramp to its speed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
     /// Where it rests, rad (m).
