@@ -66,11 +66,12 @@ impl<S: Scalar> ArticulatedInertia<S> {
     #[inline(always)]
     pub fn to_parent(&self, pose: &Pose<S>) -> Self {
         let r = &pose.rotation;
-        let p = Matrix3::skew(pose.translation);
+        let p = pose.translation;
         let linear = self.linear.rotated(r);
         let turned = *r * self.mixed * r.transpose();
-        let mixed = turned + p * linear.to_matrix();
-        let shift = p * mixed.transpose() - turned * p;
+        let mixed = turned + linear.to_matrix().crossed_by(p);
+        // R H Rᵀ [p]× = −([p]× R Hᵀ Rᵀ)ᵀ, and only symmetric parts count
+        let shift = (mixed + turned).transpose().crossed_by(p);
         Self { angular: self.angular.rotated(r) + Symmetric3::part_of(&shift), mixed, linear }
     }
     /// The sum of two.

@@ -46,6 +46,12 @@ impl<S: Scalar> Matrix3<S> {
             ],
         }
     }
+    /// `[v]× M`: every column crossed.
+    #[inline(always)]
+    pub fn crossed_by(&self, v: Vector3<S>) -> Self {
+        let [a, b, c] = self.rows;
+        Self { rows: [c * v.y - b * v.z, a * v.z - c * v.x, b * v.x - a * v.y] }
+    }
     /// Rotation of the unit quaternion (x, y, z, w).
     #[inline(always)]
     pub fn from_quaternion(x: S, y: S, z: S, w: S) -> Self {
@@ -207,5 +213,17 @@ impl<S: Scalar> Mul<Vector3<S>> for Symmetric3<S> {
             self.xy * v.x + self.yy * v.y + self.yz * v.z,
             self.xz * v.x + self.yz * v.y + self.zz * v.z,
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::samples::Random;
+
+    #[test]
+    fn crossing_every_column_is_the_product_with_the_skew_matrix() {
+        let (M, v) = (Random::new(1).pose().rotation, Random::new(2).direction());
+        assert_eq!(M.crossed_by(v), Matrix3::skew(v) * M);
     }
 }

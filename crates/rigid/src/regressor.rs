@@ -27,8 +27,8 @@ pub const PARAMETERS: usize = 10;
 /// let Y = sinew_rigid::regressor(&pendulum, &[0.0], &[0.0], &[0.0]);
 /// approx::assert_relative_eq!(Y[(0, 1)], 9.81, max_relative = 1e-12);
 /// ```
-/// Source: Atkeson, An, Hollerbach, *Estimation of inertial parameters of manipulator loads and links*, Int. J. Robotics
-/// Research 5(3), 1986.
+/// Source: Atkeson, An, Hollerbach, *Estimation of inertial parameters of manipulator loads and links*,
+/// Int. J. Robotics Research 5(3), 1986.
 pub fn regressor(model: &Model, q: &[f64], qd: &[f64], qdd: &[f64]) -> DMatrix<f64> {
     let mut Y = DMatrix::zeros(model.nv, PARAMETERS * model.joints.len());
     regressor_into(model, &mut Workspace::new(model), q, qd, qdd, Y.as_mut_slice());

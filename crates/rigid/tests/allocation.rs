@@ -4,6 +4,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
+use sinew_kinematics::{Axes, difference_into, integrate_into, jacobian_into, jacobian_rate_into};
 use sinew_model::samples::{Random, random_tree};
 use sinew_model::{Dual, Scalar};
 use sinew_rigid::*;
@@ -58,6 +59,30 @@ fn forms_with_a_workspace_do_not_allocate() {
         });
         assert_eq!(count, 0);
     }
+}
+
+#[test]
+fn batches_and_kinematics_with_a_workspace_do_not_allocate() {
+    let model = random_tree(12, 3);
+    let nv = model.nv;
+    let mut random = Random::new(3);
+    let q = [random.position(&model), random.position(&model)].concat();
+    let qd = random.vector(2 * nv);
+    let (one, rate) = (&q[..model.nq], &qd[..nv]);
+    let (mut out, mut M) = (vec![0.0; 2 * nv], vec![0.0; 2 * nv * nv]);
+    let (mut J, mut moved) = (vec![0.0; 6 * nv], vec![0.0; model.nq]);
+    let (mut batch, mut ws) = (BatchWorkspace::new(&model), sinew_kinematics::Workspace::new(&model));
+    let tip = model.last_link();
+    let count = allocations(|| {
+        inverse_dynamics_batch_into(&model, &mut batch, &q, &qd, &qd, &mut out);
+        forward_dynamics_batch_into(&model, &mut batch, &q, &qd, &qd, &mut out);
+        mass_matrix_batch_into(&model, &mut batch, &q, &mut M);
+        jacobian_into(&model, &mut ws, one, tip, Axes::Local, &mut J);
+        jacobian_rate_into(&model, &mut ws, one, rate, tip, Axes::World, &mut J);
+        integrate_into(&model, one, rate, &mut moved);
+        difference_into(&model, one, &moved, &mut out[..nv]);
+    });
+    assert_eq!(count, 0);
 }
 
 #[test]
