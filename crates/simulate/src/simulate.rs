@@ -86,6 +86,21 @@ pub const SIGNALS: [Quantity; 6] = [
 ///
 /// # Panics
 /// If `p` or the start has the wrong length.
+///
+/// # Example
+/// A link of 0.5 kg·m² without gravity under 1 N·m turns by ½ (τ/J) t² = 1 rad in a second:
+/// ```
+/// use sinew_data::Quantity;
+/// use sinew_model::{Robot, Vector3, samples::hanging_link};
+/// use sinew_plant::Plant;
+/// use sinew_simulate::{Options, Torques, simulate};
+/// let weightless = hanging_link(0.5, 2.0, 0.4).with_gravity(Vector3::ZERO);
+/// let plant = Plant::new(&Robot::rigid(weightless), &sinew_effects::CATALOGUE).unwrap();
+/// let options = Options::new(&plant, 1.0, 0.01);
+/// let result = simulate(&plant, &[], &mut Torques::constant(&[1.0]), &options).unwrap();
+/// let q = &result.run.signal(Quantity::JointPosition, "joint").unwrap().values;
+/// assert!((q.last().unwrap() - 1.0).abs() < 1e-9);
+/// ```
 pub fn simulate(
     plant: &Plant,
     p: &[f64],

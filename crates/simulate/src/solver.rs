@@ -194,3 +194,55 @@ pub fn integrate(
 ) -> Result<Work, SimulateError> {
     Solver::new(method, tolerance).advance(system, t0, x, t1)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // n equal oscillators of 1 rad/s with damping ratio ζ, side by side.
+    struct Oscillators(usize, f64);
+
+    impl System for Oscillators {
+        fn len(&self) -> usize {
+            2 * self.0
+        }
+        fn rate(&mut self, _t: f64, x: &[f64], dx: &mut [f64]) {
+            for (x, dx) in x.chunks_exact(2).zip(dx.chunks_exact_mut(2)) {
+                (dx[0], dx[1]) = (x[1], -x[0] - 2.0 * self.1 * x[1]);
+            }
+        }
+    }
+
+    fn at_three(n: usize, damping: f64, method: Method) -> Result<f64, SimulateError> {
+        let mut x: Vec<f64> = [1.0, 0.0].repeat(n);
+        let mut solver = Solver::new(method, Tolerance::default());
+        for t in 0..3 {
+            let t = f64::from(t);
+            solver.advance(&mut Oscillators(n, damping), t, &mut x, t + 1.0)?;
+        }
+        Ok(x[2 * n - 2])
+    }
+
+    #[test]
+    fn every_method_solves_oscillators_of_every_size() {
+        for n in [1, 2, 3, 6, 15, 30] {
+            for method in [Method::Auto, Method::Explicit, Method::Stiff] {
+                let error = at_three(n, 0.0, method).unwrap() - 3f64.cos();
+                assert!(error.abs() < 1e-7, "{n} {method:?}: {error:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_fast_decay_beside_a_slow_one_goes_to_the_stiff_method() {
+        // Poles −2ζ and −1/2ζ: the slow one has lost 3/2ζ after three seconds.
+        let error = at_three(1, 1e5, Method::Auto).unwrap() - (-3.0f64 / 2e5).exp();
+        assert!(error.abs() < 1e-7, "{error:e}");
+    }
+
+    #[test]
+    fn more_states_than_the_stiff_method_takes_are_refused() {
+        let text = at_three(33, 0.0, Method::Stiff).unwrap_err().to_string();
+        assert!(text.contains("up to 64 states (got 66)") && text.contains("help:"), "{text}");
+    }
+}
