@@ -1,1 +1,10 @@
-//! Robots, excitations and cases shared by the integration stories and the recognition suite.
+//! Robots, motions and hidden effects: the recognition suite, shared by the gate's tests and by the command that
+//! prints its table.
+
+mod hidden;
+mod robots;
+mod suite;
+
+pub use hidden::{Hidden, hidden_effects};
+pub use robots::{Arm, one_joint, two_joints};
+pub use suite::{Case, Outcome, Outside, confusion, judge, measure, null_case};

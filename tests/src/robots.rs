@@ -1,0 +1,83 @@
+//! The arms of the recognition suite.
+
+use sinew_model::{
+    EffectSpec, Inertia, JointSettings, JointShape, JointSpec, Model, ModelBuilder, Place, Pose, Robot,
+    Vector3,
+};
+
+/// An arm with its scale: what is a large torque in each joint.
+pub struct Arm {
+    /// The arm as its owner describes it.
+    pub robot: Robot,
+    /// Torque scale of each joint, N·m: its Coulomb friction.
+    pub torque: Vec<f64>,
+    /// Reach of the motion from the centre, rad, and top speed, rad/s.
+    pub amplitude: f64,
+    /// Top speed, rad/s.
+    pub speed: f64,
+}
+
+/// One vertical joint: inertia 2.0, rotor 1.2 kg·m², spring 8000 N·m/rad, gravity 29 N·m.
+pub fn one_joint() -> Arm {
+    let mut builder = ModelBuilder::new("one_joint");
+    builder.link("base", Inertia::default());
+    // m c = 2.956 kg·m, I = 2.0 kg·m² about the joint
+    let (mass, centre) = (8.0, 0.3695);
+    let about = 2.0 - mass * centre * centre;
+    let arm =
+        Inertia::at_centre_of_mass(mass, Vector3::new(centre, 0.0, 0.0), [0.02, about, about, 0.0, 0.0, 0.0]);
+    builder.link("arm", arm).link("tool", Inertia::default());
+    builder.joint(JointSpec::new("joint_1", JointShape::Revolute, "base", "arm").about([0.0, -1.0, 0.0]));
+    let flange = Pose::from_xyz_rpy([0.7, 0.0, 0.0], [0.0; 3]);
+    builder.joint(JointSpec::new("flange", JointShape::Fixed, "arm", "tool").at(flange));
+    let model = builder.build().expect("one link is a tree");
+    let joints = vec![spring(8000.0, 8.0, 1.2)];
+    let robot = Robot { joints, effects: friction(&model, &[4.0], &[6.0]), ..Robot::rigid(model) };
+    Arm { robot, torque: vec![6.0], amplitude: 0.9, speed: 2.0 }
+}
+
+/// Two joints in a vertical plane, links of half a metre.
+pub fn two_joints() -> Arm {
+    let mut builder = ModelBuilder::new("two_joints");
+    builder.link("base", Inertia::default());
+    let upper =
+        Inertia::at_centre_of_mass(9.0, Vector3::new(0.2, 0.0, 0.0), [0.02, 0.25, 0.25, 0.0, 0.0, 0.0]);
+    let fore =
+        Inertia::at_centre_of_mass(5.0, Vector3::new(0.18, 0.0, 0.0), [0.01, 0.12, 0.12, 0.0, 0.0, 0.0]);
+    builder.link("upper_arm", upper).link("forearm", fore).link("tool", Inertia::default());
+    let joint = |name, parent, child, x| {
+        let place = Pose::from_xyz_rpy([x, 0.0, 0.0], [0.0; 3]);
+        JointSpec::new(name, JointShape::Revolute, parent, child).about([0.0, -1.0, 0.0]).at(place)
+    };
+    builder.joint(joint("shoulder", "base", "upper_arm", 0.0));
+    builder.joint(joint("elbow", "upper_arm", "forearm", 0.5));
+    let flange = Pose::from_xyz_rpy([0.45, 0.0, 0.0], [0.0; 3]);
+    builder.joint(JointSpec::new("flange", JointShape::Fixed, "forearm", "tool").at(flange));
+    let model = builder.build().expect("two links are a tree");
+    let joints = vec![spring(9000.0, 10.0, 1.5), spring(2500.0, 2.5, 0.4)];
+    let robot = Robot { joints, effects: friction(&model, &[5.0, 1.6], &[7.0, 2.5]), ..Robot::rigid(model) };
+    Arm { robot, torque: vec![7.0, 2.5], amplitude: 0.8, speed: 1.8 }
+}
+
+fn spring(stiffness: f64, damping: f64, rotor_inertia: f64) -> JointSettings {
+    JointSettings {
+        stiffness: Some(stiffness),
+        damping,
+        rotor_inertia,
+        gear_ratio: Some(50.0),
+        ..JointSettings::default()
+    }
+}
+
+fn friction(model: &Model, viscous: &[f64], coulomb: &[f64]) -> Vec<EffectSpec> {
+    let at = |dof| Place::Joint(model.dof_name(dof).to_owned());
+    let viscous = viscous
+        .iter()
+        .enumerate()
+        .map(|(d, &v)| EffectSpec::new("viscous_friction", at(d)).with("viscous", v));
+    let coulomb = coulomb
+        .iter()
+        .enumerate()
+        .map(|(d, &c)| EffectSpec::new("coulomb_friction", at(d)).with("coulomb", c));
+    viscous.chain(coulomb).collect()
+}

@@ -1,0 +1,222 @@
+//! One case: a truth that differs from the model, its measured runs, and the verdict.
+
+use sinew_data::{Quantity, Run};
+use sinew_effects::CATALOGUE;
+use sinew_identify::{Diagnosis, Options, Verdict, diagnose};
+use sinew_model::{EffectSpec, Robot};
+use sinew_plant::Plant;
+use sinew_simulate::{
+    Controller, Excitation, Limits, Motion, Noise, Options as Simulation, Start, Stream, Tolerance,
+    Trajectory, simulate,
+};
+
+use crate::hidden::How;
+use crate::{Arm, Hidden};
+
+/// A case of the suite: a pure function of its seed.
+pub struct Case {
+    /// The model under test.
+    pub model: Robot,
+    /// What really moves.
+    pub truth: Robot,
+    /// What the model lacks: effect and place; none if nothing.
+    pub hidden: Option<(String, String)>,
+    /// Seed of deviations, motion and noise.
+    pub seed: u64,
+}
+
+/// What came of a case.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// Effect and place hidden.
+    pub hidden: Option<(String, String)>,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// First effect and place named, with its probability.
+    pub first: Option<(String, String, f64)>,
+    /// All accepted, `effect@place`.
+    pub accepted: Vec<String>,
+    /// Rivals of the first.
+    pub rivals: Vec<String>,
+}
+
+/// Outside the suite's control: why a case has no outcome.
+pub type Outside = Box<dyn std::error::Error + Send + Sync>;
+
+// Sign width of the truth's friction; the model starts from twice that.
+const TRUE_SMOOTHING: f64 = 1e-3;
+// Torque noise of a sample, N·m, and encoder steps of motor and link, rad.
+const TORQUE_NOISE: f64 = 0.5;
+const MOTOR_STEP: f64 = std::f64::consts::TAU / (131_072.0 * 50.0);
+const LINK_STEP: f64 = std::f64::consts::TAU / (131_072.0 * 8.0);
+// True parameters are off their stated values by this share of the stated tolerance.
+const DEVIATION: f64 = 0.5;
+
+impl Case {
+    /// The case that hides `hidden` in `arm`.
+    pub fn new(arm: &Arm, hidden: Option<&Hidden>, seed: u64) -> Self {
+        let mut model = arm.robot.clone();
+        let mut truth = deviated(&arm.robot, seed);
+        if let Some(hidden) = hidden {
+            match &hidden.how {
+                How::Added(spec) => truth.effects.push(spec.clone()),
+                How::Changed(change) => change(&mut truth, hidden.dof),
+                How::Forgotten(forget) => forget(&mut model, hidden.dof),
+            }
+        }
+        let hidden = hidden.map(|h| (h.effect.to_owned(), h.place.clone()));
+        Self { model, truth, hidden, seed }
+    }
+
+    /// Whether the diagnosis named the right effect at the right place first.
+    pub fn is_right(&self, outcome: &Outcome) -> bool {
+        match (&self.hidden, &outcome.first) {
+            (None, _) => outcome.verdict == Verdict::Adequate,
+            (Some((effect, place)), Some((e, p, _))) => effect == e && place == p,
+            (Some(_), None) => false,
+        }
+    }
+}
+
+/// A case in which nothing is hidden.
+pub fn null_case(arm: &Arm, seed: u64) -> Case {
+    Case::new(arm, None, seed)
+}
+
+/// The runs of a case: Fourier motion, then strokes, reversals, chirp and steps, closed loop, 1 kHz.
+///
+/// # Errors
+/// If the truth is no plant or cannot be simulated.
+pub fn measure(arm: &Arm, case: &Case) -> Result<Vec<Run>, Outside> {
+    let truth = Plant::new(&case.truth, &CATALOGUE)?;
+    let parameters = truth.parameters();
+    let mut feed_forward = case.model.clone();
+    feed_forward.joints.iter_mut().for_each(|j| j.stiffness = None);
+    feed_forward.effects.clear();
+    let feed_forward = Plant::new(&feed_forward, &CATALOGUE)?;
+    let noise = Noise::default()
+        .with(Quantity::MotorPosition, 0.3 * MOTOR_STEP, MOTOR_STEP)
+        .with(Quantity::JointPosition, 0.3 * LINK_STEP, LINK_STEP)
+        .with(Quantity::MotorTorque, TORQUE_NOISE, 0.0);
+    let motions = [fourier(arm, case.seed), strokes(arm, case.seed)];
+    motions
+        .into_iter()
+        .enumerate()
+        .map(|(k, reference)| {
+            let duration = reference.joints.iter().map(Motion::duration).fold(0.0, f64::max);
+            let start: Vec<f64> = (0..truth.model().nv).map(|d| reference.at(d, 0.0).position).collect();
+            let mut options = Simulation::new(&truth, duration, 1e-3);
+            options.start = Start::balanced(&truth, &parameters, &start)?;
+            options.quantities =
+                vec![Quantity::MotorPosition, Quantity::MotorTorque, Quantity::JointPosition];
+            options.noise = noise.clone();
+            options.seed = case.seed * 2 + k as u64;
+            options.tolerance = Tolerance { relative: 1e-8, absolute: 1e-10 };
+            let mut controller = Controller::new(&feed_forward, &feed_forward.parameters(), reference, 20.0);
+            let mut run = simulate(&truth, &parameters, &mut controller, &options)?.run;
+            run.name = format!("run_{k}");
+            Ok(run)
+        })
+        .collect()
+}
+
+fn fourier(arm: &Arm, seed: u64) -> Trajectory {
+    let limits = Limits { amplitude: arm.amplitude, speed: arm.speed };
+    let motion = |dof: u64| {
+        let excitation = Excitation::fourier(seed * 10 + dof, 5, 8.0, limits);
+        Motion::one(0.1, 10.0, excitation)
+    };
+    Trajectory { joints: (0..arm.robot.model.nv as u64).map(motion).collect() }
+}
+
+fn strokes(arm: &Arm, seed: u64) -> Trajectory {
+    let motion = |dof: u64| {
+        let slow = Limits { amplitude: 0.3 * arm.amplitude, speed: 0.15 + 0.05 * dof as f64 };
+        let small = Limits { amplitude: 0.02, speed: 0.2 };
+        let fast = Limits { amplitude: 0.03, speed: 0.8 };
+        let wide = Limits { amplitude: arm.amplitude, speed: 0.6 * arm.speed };
+        Motion {
+            centre: -0.2,
+            parts: vec![
+                (4.0, Excitation::strokes(slow)),
+                (2.0, Excitation::reversals(1.5 + 0.4 * dof as f64, small)),
+                (3.0, Excitation::chirp(2.0, 14.0, fast)),
+                (4.0, Excitation::steps(seed * 10 + dof, 4, 0.3, wide)),
+            ],
+        }
+    };
+    Trajectory { joints: (0..arm.robot.model.nv as u64).map(motion).collect() }
+}
+
+/// Diagnoses a case.
+///
+/// # Errors
+/// If the truth cannot be simulated or the diagnosis is refused.
+pub fn judge(arm: &Arm, case: &Case, options: &Options) -> Result<(Outcome, Diagnosis), Outside> {
+    let runs = measure(arm, case)?;
+    let diagnosis = diagnose(&case.model, &CATALOGUE, &runs, options)?;
+    let named = diagnosis.accepted.len();
+    let first = diagnosis.candidates.first().filter(|_| named > 0);
+    let outcome = Outcome {
+        hidden: case.hidden.clone(),
+        verdict: diagnosis.verdict,
+        first: first.map(|c| (c.effect.clone(), c.place.clone(), c.probability)),
+        accepted: diagnosis.accepted.iter().map(|a| format!("{}@{}", a.effect, a.place)).collect(),
+        rivals: first.map(|c| c.rivals.iter().map(|r| r.effect.clone()).collect()).unwrap_or_default(),
+    };
+    Ok((outcome, diagnosis))
+}
+
+// Every stated value moved by half of its tolerance, up or down by chance.
+fn deviated(robot: &Robot, seed: u64) -> Robot {
+    let mut truth = robot.clone();
+    let random = Stream::new(seed, "deviation");
+    let mut drawn = 0;
+    let mut factor = |tolerance: f64| {
+        drawn += 1;
+        1.0 + if random.uniform(drawn) < 0.5 { -1.0 } else { 1.0 } * DEVIATION * tolerance
+    };
+    for joint in &mut truth.joints {
+        joint.stiffness = joint.stiffness.map(|k| k * factor(0.08));
+        joint.damping *= factor(0.3);
+        joint.rotor_inertia *= factor(0.03);
+    }
+    for joint in &mut truth.model.joints {
+        joint.inertia.first_moment.x *= factor(0.03);
+        joint.inertia.second_moment.yy *= factor(0.05);
+    }
+    for effect in &mut truth.effects {
+        let key = if effect.kind == "viscous_friction" { "viscous" } else { "coulomb" };
+        if let Some(value) = effect.number(key) {
+            *effect = std::mem::replace(effect, EffectSpec::new("", effect.place.clone()))
+                .with(key, value * factor(0.2));
+        }
+        if effect.kind == "coulomb_friction" {
+            let spec = std::mem::replace(effect, EffectSpec::new("", effect.place.clone()));
+            *effect = spec.with("smoothing_velocity", TRUE_SMOOTHING);
+        }
+    }
+    truth
+}
+
+/// Counts of first names by hidden effect, most frequent first.
+pub fn confusion(outcomes: &[Outcome]) -> Vec<(String, Vec<(String, usize)>)> {
+    let mut rows: Vec<(String, Vec<(String, usize)>)> = Vec::new();
+    for outcome in outcomes {
+        let hidden = outcome.hidden.as_ref().map_or("nothing".to_owned(), |(effect, _)| effect.clone());
+        let named = outcome.first.as_ref().map_or(outcome.verdict.to_string(), |(effect, ..)| effect.clone());
+        let row = match rows.iter_mut().position(|(h, _)| *h == hidden) {
+            Some(k) => &mut rows[k].1,
+            None => {
+                rows.push((hidden, Vec::new()));
+                &mut rows.last_mut().expect("a row was just added").1
+            }
+        };
+        match row.iter_mut().find(|(n, _)| *n == named) {
+            Some((_, count)) => *count += 1,
+            None => row.push((named, 1)),
+        }
+    }
+    rows.iter_mut().for_each(|(_, row)| row.sort_by_key(|(_, count)| std::cmp::Reverse(*count)));
+    rows
+}
