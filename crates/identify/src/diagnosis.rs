@@ -161,8 +161,11 @@ pub(crate) fn report(
 }
 
 fn candidate(search: &Search, state: &State, entry: &Entry, unfinished: bool) -> CandidateReport {
-    let here = state.accepted.iter().filter(|a| a.trial.place == entry.trial.place).count();
-    let probability = probability(entry, unfinished, here);
+    let before = state.accepted.iter().take_while(|a| a.trial.label() != entry.trial.label());
+    let earlier = before.filter(|a| a.trial.place == entry.trial.place).count();
+    // What explains more than half of an error is no stand-in for what remains.
+    let unfinished = unfinished && entry.evidence.explained < 0.5;
+    let probability = probability(entry, unfinished, earlier);
     let own: Vec<ParameterReport> = parameters(search, state, widening(search, state))
         .into_iter()
         .filter(|(effect, _)| *effect == entry.effect)
@@ -183,9 +186,9 @@ fn candidate(search: &Search, state: &State, entry: &Entry, unfinished: bool) ->
 ///
 /// ```text
 /// logit P = −6.1 + 1.8 [tension] + 2.2 [data] ln z + 1.1 [tension] ln Δpenalty
-///           + 0.93 min(ln max(d₁₂, 1), ln 30) − 3.4 [remainder predictable] − 1.2 (effects at this place − 1)
+///           + 0.93 min(ln max(d₁₂, 1), ln 30) − 3.4 [remainder predictable] − 1.2 (effects accepted before at this place)
 /// ```
-fn probability(entry: &Entry, unfinished: bool, here: usize) -> f64 {
+fn probability(entry: &Entry, unfinished: bool, earlier: usize) -> f64 {
     let evidence = &entry.evidence;
     let next = entry.rivals.iter().map(|(_, d)| d.max(1.0)).fold(30.0, f64::min);
     let route = if evidence.by_tension() && evidence.z < 3.0 {
@@ -195,7 +198,7 @@ fn probability(entry: &Entry, unfinished: bool, here: usize) -> f64 {
     };
     let logit = -6.1 + route + 0.93 * next.ln().min(30f64.ln())
         - if unfinished { 3.4 } else { 0.0 }
-        - 1.2 * (here.max(1) - 1) as f64;
+        - 1.2 * earlier as f64;
     (1.0 / (1.0 + (-logit).exp())).clamp(0.02, 0.99)
 }
 

@@ -62,8 +62,8 @@ pub(crate) fn explore(
         let added: Vec<_> = next.accepted[state.accepted.len()..].iter().map(|a| a.trial.clone()).collect();
         if let Some(unseen) = unseen {
             let floors: Vec<f64> = next.whitener.channels.iter().map(|c| c.floor).collect();
-            let (before, after) =
-                (unseen.total(&state.fitted.model, &floors), unseen.total(&next.fitted.model, &floors));
+            let total = |state: &State| unseen.total(&state.fitted.model, &floors);
+            let (before, after) = (total(&state), total(&next));
             if after > WORSE * before {
                 for trial in &added {
                     let reason = format!("unseen runs get worse ({before:.2} → {after:.2} × floor)");
@@ -130,7 +130,6 @@ fn pruned(
         match evidence.refused(search.problem.options, 1) {
             Some(reason) => {
                 let trial = entry.trial.clone();
-                search.refuse(&trial, rungs.len(), format!("no longer needed: {reason}"));
                 let mut accepted = state.accepted.clone();
                 accepted.remove(k);
                 if matches!(trial.how, How::New { .. }) {
@@ -139,7 +138,13 @@ fn pruned(
                         a.effect -= usize::from(a.effect > gone);
                     }
                 }
-                state = search.settled(reduced, at, accepted)?;
+                let candidate = search.settled(reduced, at, accepted)?;
+                if error(search, &candidate, unseen) > WORSE * error(search, &state, unseen) {
+                    k += 1;
+                    continue;
+                }
+                search.refuse(&trial, rungs.len(), format!("no longer needed: {reason}"));
+                state = candidate;
                 let label = format!("−{}", trial.label());
                 rungs.push(rung(&[label], &state, unseen));
                 k = 0;
@@ -148,6 +153,15 @@ fn pruned(
         }
     }
     Ok(state)
+}
+
+// Error by floor: on unseen runs where there are any, else on the fitted ones.
+fn error(search: &Search, state: &State, unseen: Option<&Unseen>) -> f64 {
+    let floors: Vec<f64> = state.whitener.channels.iter().map(|c| c.floor).collect();
+    match unseen {
+        Some(unseen) => unseen.total(&state.fitted.model, &floors),
+        None => crate::comparison::total(search, &state.fitted.at.residual, &floors),
+    }
 }
 
 /// The model of `state` without its accepted effect number `k`.
