@@ -1,0 +1,116 @@
+//! The rest position of an elastic robot under gravity.
+
+use faer::Mat;
+use faer::linalg::solvers::Solve;
+use sinew_effect::Derivative;
+use sinew_plant::{Dynamics, ImposedOut, LinkState, MotorMotion, Plant, Rates, State};
+
+use crate::LinearError;
+use crate::seeds::{chunks, constants};
+
+/// A robot at rest, motors holding it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Equilibrium {
+    /// Link-side positions, rad (m).
+    pub q: Vec<f64>,
+    /// Motor-side positions; equal to `q` in rigid joints.
+    pub theta: Vec<f64>,
+    /// Motor torques that hold it, N·m (N).
+    pub tau_m: Vec<f64>,
+}
+
+// Torque left over, relative to the largest torque.
+const BALANCED: f64 = 1e-13;
+const ROUNDS: usize = 100;
+
+impl Equilibrium {
+    /// The rest position with links at `q`: springs carry gravity, motors hold the springs.
+    ///
+    /// ```text
+    /// τ_j(θ − q) = g(q) − f_link,   τ_m = τ_j − f_motor
+    /// ```
+    ///
+    /// # Errors
+    /// If the springs cannot carry the links.
+    ///
+    /// # Panics
+    /// If `p` or `q` has the wrong length.
+    pub fn at(plant: &Plant, p: &[f64], q: &[f64]) -> Result<Self, LinearError> {
+        let nv = plant.model().nv;
+        let mut x = State::zero(plant);
+        x.q.copy_from_slice(q);
+        x.theta.copy_from_slice(q);
+        let motion = MotorMotion { acceleration: &vec![0.0; nv], imposed: &vec![true; nv] };
+        let mut out = ImposedOut::new(nv);
+        let mut dynamics = Dynamics::new(plant, p);
+        dynamics.imposed_torque(&x, motion, &mut out);
+        let needed = out.tau_j.clone();
+        solve_springs(plant, p, &mut x, &needed)?;
+        // The motors' own forces where they now stand.
+        let (mut rates, hold) = (Rates::new(plant), out.tau_m.clone());
+        dynamics.forward(&x, &hold, &mut rates);
+        for dof in (0..nv).filter(|&i| plant.elastic()[i]) {
+            // τ_m = τ + (what is missing to B θ̈ = 0)
+            out.tau_m[dof] -= dynamics.coefficients().rotor[dof] * rates.thetadd[dof];
+        }
+        Ok(Self { q: q.to_vec(), theta: x.theta, tau_m: out.tau_m })
+    }
+}
+
+// Newton's method with the exact slope ∂τ_j/∂θ.
+fn solve_springs(
+    plant: &Plant,
+    p: &[f64],
+    x: &mut LinkState<f64>,
+    needed: &[f64],
+) -> Result<(), LinearError> {
+    let elastic: Vec<usize> = (0..plant.model().nv).filter(|&i| plant.elastic()[i]).collect();
+    let n = elastic.len();
+    let mut dynamics = Dynamics::<Derivative>::new(plant, &constants(p));
+    let mut rates = Rates::new(plant);
+    let torque = constants(&vec![0.0; plant.model().nv]);
+    let scale = needed.iter().fold(1.0, |s: f64, t| s.max(t.abs()));
+    let mut worst = f64::INFINITY;
+    for _ in 0..ROUNDS {
+        let (mut slope, mut missing) = (Mat::zeros(n, n), Mat::zeros(n, 1));
+        for chunk in chunks(n.max(1)) {
+            let mut seeded = lift(x);
+            for (direction, k) in chunk.clone().enumerate().filter(|&(_, k)| k < n) {
+                seeded.theta[elastic[k]] = Derivative::variable(x.theta[elastic[k]], direction);
+            }
+            dynamics.forward(&seeded, &torque, &mut rates);
+            for (row, &dof) in elastic.iter().enumerate() {
+                missing[(row, 0)] = needed[dof] - rates.tau_j[dof].value;
+                for (direction, k) in chunk.clone().enumerate().filter(|&(_, k)| k < n) {
+                    slope[(row, k)] = rates.tau_j[dof].derivative[direction];
+                }
+            }
+        }
+        worst = (0..n).map(|k| missing[(k, 0)].abs()).fold(0.0, f64::max);
+        if worst <= BALANCED * scale {
+            return Ok(());
+        }
+        for (k, &dof) in elastic.iter().enumerate() {
+            // In a gap the spring has no slope: go by the stiffness beyond it.
+            if slope[(k, k)] == 0.0 {
+                slope[(k, k)] = dynamics.coefficients().compliance[dof].value.recip();
+            }
+        }
+        let step = slope.partial_piv_lu().solve(&missing);
+        for (k, &dof) in elastic.iter().enumerate() {
+            x.theta[dof] += step[(k, 0)];
+        }
+    }
+    Err(LinearError::NoEquilibrium { robot: plant.model().name.clone(), missing: worst })
+}
+
+/// A state as numbers without derivatives.
+pub(crate) fn lift(x: &LinkState<f64>) -> LinkState<Derivative> {
+    LinkState {
+        q: constants(&x.q),
+        qd: constants(&x.qd),
+        theta: constants(&x.theta),
+        thetad: constants(&x.thetad),
+        z: constants(&x.z),
+    }
+}
