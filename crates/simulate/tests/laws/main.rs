@@ -5,6 +5,7 @@ mod energy;
 mod excitation;
 mod instruments;
 mod lesson;
+mod planar_arm;
 mod refusals;
 mod robots;
 mod stiffness;
