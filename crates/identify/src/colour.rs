@@ -21,7 +21,7 @@ pub(crate) struct ChannelNoise {
     pub ar: Vec<f64>,
     /// Standard deviation of the innovation of rows in units of `scale`.
     pub innovation: f64,
-    /// The reachable floor: the largest of resolution, instrument and saturated scale.
+    /// The reachable floor of the root mean square: the largest of resolution, instrument and saturated remainder.
     pub floor: f64,
 }
 
@@ -118,7 +118,9 @@ fn channel_noise(
     let mut covariance: Vec<f64> = (0..=ORDER).map(|m| share * white[m] + encoder[m]).collect();
     covariance[0] *= 1.0 + WHITE_SHARE;
     let (ar, innovation) = autoregression(&covariance);
-    let mut noise = ChannelNoise { scale, kappa, ar, innovation, floor: scale };
+    // Reversals, where no law is sure, belong to what noise leaves.
+    let rms = (left.iter().map(|e| e * e).sum::<f64>() / left.len().max(1) as f64).sqrt();
+    let mut noise = ChannelNoise { scale, kappa, ar, innovation, floor: rms.max(scale) };
     // The whitened remainder of the saturated regression has unit scale.
     let mut full = vec![0.0; layout.len];
     for (k, e) in rows.iter().zip(left) {

@@ -154,8 +154,7 @@ impl Prepared {
     }
 
     pub fn form(&self, robot: &Robot) -> Imposed<'_> {
-        let elastic = robot.joints.iter().any(|j| j.stiffness.is_some()) || !robot.couplings.is_empty();
-        Imposed::new(&self.records, &self.sensors.channels, elastic, robot.model.nv)
+        Imposed::new(&self.records, &self.sensors.channels, robot.model.nv)
     }
 
     /// The effects of the robot with the nuisances of these runs.

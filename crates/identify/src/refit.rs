@@ -28,7 +28,9 @@ pub(crate) struct Refit {
     pub refused: Option<String>,
 }
 
-const ITERATIONS: usize = 6;
+const ITERATIONS: usize = 8;
+const SHRINKS: usize = 4;
+const VALLEY_STEPS: usize = 6;
 
 /// Refits one candidate from its screened strengths. The base's columns stay as they are; the candidate's own are
 /// computed anew at every iteration, and all of them where the candidate changes the structure.
@@ -42,12 +44,25 @@ pub(crate) fn refit(
 ) -> Option<Refit> {
     let layout = problem.form.layout();
     let (mut model, own) = started(problem, &base.model, trial, score)?;
-    let structural =
-        matches!(&trial.how, How::New { .. }) && model.plant.elastic() != base.model.plant.elastic();
+    let new = matches!(&trial.how, How::New { .. });
+    let structural = new && model.plant.elastic() != base.model.plant.elastic();
     let mut at = Linearised { residual: model.residual(problem), columns: Vec::new() };
     let mut white = whitener.apply(layout, &at.residual);
     let mut best = objective(&white, &model);
+    for _ in 0..SHRINKS {
+        if best.is_finite() && best < base.objective {
+            break;
+        }
+        // The screen promised too much: towards absence.
+        for &k in own.iter().filter(|&&k| new && !model.unknowns[k].shape) {
+            model.p[model.unknowns[k].position] *= 0.3;
+        }
+        at.residual = model.residual(problem);
+        white = whitener.apply(layout, &at.residual);
+        best = objective(&white, &model);
+    }
     at.columns = columns(problem, base, &model, &own, structural);
+    let mut linearised = best;
     let mut damping = 0.0;
     for _ in 0..ITERATIONS {
         let Some(equations) = Equations::new(whitener, problem, &model, &at, damping) else { break };
@@ -65,7 +80,10 @@ pub(crate) fn refit(
             if gain < 0.05 + 1e-6 * best {
                 break;
             }
-            at.columns = columns(problem, base, &model, &own, structural);
+            // Far from the base its columns no longer hold.
+            let far = best < 0.7 * linearised;
+            at.columns = columns(problem, base, &model, &own, structural || far);
+            linearised = if far { best } else { linearised };
         } else {
             model.p = before;
             damping = if damping == 0.0 { 4e-3 } else { damping * 16.0 };
@@ -74,18 +92,50 @@ pub(crate) fn refit(
             }
         }
     }
+    if best > base.objective - 0.5 * score.drop {
+        // A curved valley (a gain scales every other parameter): plain Gauss–Newton steps run along it.
+        let (start, kept) = (started(problem, &base.model, trial, score)?.0.p, model.p.clone());
+        model.p = start;
+        let found = gauss_newton(problem, &mut model, whitener);
+        let residual = model.residual(problem);
+        let now_white = whitener.apply(layout, &residual);
+        let now = objective(&now_white, &model);
+        if found && now < best {
+            (best, white, at.residual) = (now, now_white, residual);
+            at.columns = columns(problem, base, &model, &own, true);
+        } else {
+            model.p = kept;
+        }
+    }
     let held_out = held_out(layout, &model, whitener, &at, &own, &base.white, &white)?;
     let pair =
         Pair { before: &base.white, after: &white, raw_before: &base.at.residual, raw_after: &at.residual };
     let tension = base.model.penalty() - model.penalty();
     let evidence = Evidence::of(layout, &pair, tension, trial.parameters, &held_out, channel_std);
-    let refused = impossible(&base.model, &model, &own);
+    let refused =
+        impossible(&base.model, &model, &own).or_else(|| vague(problem, whitener, &model, &at, &own, new));
     Some(Refit {
         trial: trial.clone(),
         fitted: Fitted { model, at, white, objective: best },
         evidence,
         refused,
     })
+}
+
+// Undamped steps with all columns new each time, whatever the objective says on the way.
+fn gauss_newton(problem: &Problem, model: &mut Candidate, whitener: &Whitener) -> bool {
+    for _ in 0..VALLEY_STEPS {
+        let at = model.linearise(problem);
+        let finite = at.residual.iter().chain(at.columns.iter().flatten()).all(|x| x.is_finite());
+        let Some(equations) = finite.then(|| Equations::new(whitener, problem, model, &at, 0.0)).flatten()
+        else {
+            return false;
+        };
+        for (unknown, step) in model.unknowns.iter().zip(&equations.step) {
+            model.p[unknown.position] = unknown.moved(model.p[unknown.position], *step);
+        }
+    }
+    true
 }
 
 // The extended model at the screened values, and which of its unknowns are the candidate's.
@@ -121,6 +171,14 @@ fn started(
                 };
             }
             model.p = p;
+            if model.plant.elastic() != base.plant.elastic() {
+                // A rigid base has bent its parameters to imitate the spring: back to what was stated.
+                for u in base.unknowns.iter() {
+                    if let Some((mean, _)) = u.prior {
+                        model.p[u.position] = mean;
+                    }
+                }
+            }
             let mut new = Unknown::of_effect(&model.plant, effect);
             for unknown in &mut new {
                 if !unknown.shape {
@@ -163,7 +221,11 @@ fn held_out(
     before: &[f64],
     after: &[f64],
 ) -> Option<Vec<f64>> {
-    let strengths: Vec<usize> = own.iter().copied().filter(|&k| !model.unknowns[k].shape).collect();
+    let of_shape = |shape: bool| own.iter().copied().filter(move |&k| model.unknowns[k].shape == shape);
+    let mut strengths: Vec<usize> = of_shape(false).collect();
+    if strengths.is_empty() {
+        strengths = of_shape(true).collect();
+    }
     let white = whitener.apply_all(layout, &at.columns);
     let others: Vec<Vec<f64>> =
         (0..white.len()).filter(|k| !own.contains(k)).map(|k| white[k].clone()).collect();
@@ -204,6 +266,22 @@ fn held_out(
         gain + 2.0 * dot(&d, b) - quadratic
     };
     Some(folds.iter().map(left_out).collect())
+}
+
+// A strength that its own error covers is no effect: the rest of the model had not settled.
+fn vague(
+    problem: &Problem,
+    whitener: &Whitener,
+    model: &Candidate,
+    at: &Linearised,
+    own: &[usize],
+    new: bool,
+) -> Option<String> {
+    let variances = Equations::new(whitener, problem, model, at, 0.0)?.normal.variances();
+    let sure = |k: usize| model.p[model.unknowns[k].position].abs() > 2.0 * variances[k].max(0.0).sqrt();
+    let strengths: Vec<usize> = own.iter().copied().filter(|&k| !model.unknowns[k].shape).collect();
+    (new && !strengths.is_empty() && !strengths.into_iter().any(sure))
+        .then(|| "its strength is within two standard deviations of zero".to_owned())
 }
 
 // A parameter that must be positive and is driven to zero, or a strength that vanishes, speaks against the candidate.

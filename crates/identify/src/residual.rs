@@ -139,11 +139,14 @@ pub(crate) struct Imposed<'a> {
 
 // A simulated spring forgets its unknown start within this time, s.
 const TRANSIENT: f64 = 0.8;
+// Logs of a coarser grid than this, s, show no spring.
+const SPRING_STEP: f64 = 0.005;
 
 impl<'a> Imposed<'a> {
-    /// The rows of these records, with the start left out where `plant` simulates a spring.
-    pub fn new(records: &'a [Record], channels: &[Channel], elastic: bool, nv: usize) -> Self {
-        let layout = Layout::of(records, channels, if elastic { TRANSIENT } else { 0.0 });
+    /// The rows of these records, with the start left out where a spring may be simulated.
+    pub fn new(records: &'a [Record], channels: &[Channel], nv: usize) -> Self {
+        let fast = records.iter().all(|r| r.scales.step() <= SPRING_STEP);
+        let layout = Layout::of(records, channels, if fast { TRANSIENT } else { 0.0 });
         let measured =
             records.iter().flat_map(|r| r.measured.iter().flat_map(|series| r.rows(series))).collect();
         Self { records, layout, measured, nv }

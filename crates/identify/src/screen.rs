@@ -3,7 +3,7 @@
 use faer::Mat;
 use rayon::prelude::*;
 
-use sinew_effect::DIRECTIONS;
+use sinew_effect::{DIRECTIONS, Screening};
 use sinew_model::EffectSpec;
 
 use crate::least_squares::{Normal, cross, dot, matrix};
@@ -61,6 +61,14 @@ fn secant(
     let extended = Candidate::new(problem, specs).ok()?;
     let mut p = model.p.clone();
     p.extend_from_slice(&extended.p[model.p.len()..]);
+    if extended.plant.elastic() != model.plant.elastic() {
+        // A rigid base has bent its parameters to imitate the spring: back to what was stated.
+        for u in &model.unknowns {
+            if let Some((mean, _)) = u.prior {
+                p[u.position] = mean;
+            }
+        }
+    }
     let changed = problem.form.residual(&extended.plant, &p);
     Some(vec![residual.iter().zip(&changed).map(|(a, b)| a - b).collect()])
 }
@@ -115,13 +123,16 @@ pub(crate) struct Screen<'a> {
 }
 
 // A candidate that the free parameters imitate to this share cannot be told from them.
-const ABSORBED: f64 = 0.9999;
+const ABSORBED: f64 = 1.0 - 1e-9;
 
 impl Screen<'_> {
     /// Score of a trial whose whitened columns are given. Shares of the signal are left to the refit.
     pub fn score(&self, trial: &Trial, white: &[Vec<f64>]) -> Option<Score> {
         match &trial.how {
             How::Release { unknowns } => self.release(unknowns),
+            How::New { exact: true, .. } if matches!(trial.card.screening, Screening::Resonance { .. }) => {
+                self.switched(white)
+            }
             How::New { .. } => self.added(trial, white),
         }
     }
@@ -135,6 +146,15 @@ impl Screen<'_> {
             }
         }
         r
+    }
+
+    // A new degree of freedom is no small change: judged by the residual that it leaves at the stated values.
+    fn switched(&self, white: &[Vec<f64>]) -> Option<Score> {
+        let before = dot(&self.base.residual, &self.base.residual);
+        let left: f64 = self.base.residual.iter().zip(white.first()?).map(|(r, z)| (r - z).powi(2)).sum();
+        // Even where it is worse before its refit it deserves one.
+        let drop = (before - left).max(0.5 * before);
+        left.is_finite().then(|| Score { strengths: vec![1.0], drop: drop - 1e-6 * left, out: None })
     }
 
     // S = ZᵀZ − ZᵀJ A⁻¹ JᵀZ,  s = Zᵀ r⊥,  a = S⁻¹ s

@@ -59,6 +59,8 @@ pub(crate) struct Round {
 // Most candidates refitted in a round, and for one joint.
 const SHORT_LIST: usize = 8;
 const SHORT_LIST_PLACE: usize = 3;
+// Releases refitted besides.
+const RELEASES: usize = 2;
 const FEATURES: usize = 140;
 // Differences of χ² and z below which two candidates are tied.
 const TIE_CHI: f64 = 10.0;
@@ -87,7 +89,7 @@ impl<'a> Search<'a> {
         let whitener = self.noise(&model, &at.residual, &[&at.columns]);
         let white = whitener.apply_all(layout, &at.columns);
         model.keep_excited(&white, |_| false);
-        let at = refine(self.problem, &mut model, &whitener, 5);
+        let at = refine(self.problem, &mut model, &whitener, 12);
         self.settled(model, at, Vec::new())
     }
 
@@ -176,6 +178,24 @@ impl<'a> Search<'a> {
                 }
             }
         }
+        if std::env::var("SINEW_TRACE").is_ok() {
+            for r in passed.iter().chain(&failed) {
+                eprintln!(
+                    "{step} {} obj {:.1} base {:.1} data {:.1} tension {:.1} z {:.1} cv {:.1} share {:.4} mat {:.2} temper {:.1} {:?}",
+                    r.trial.label(),
+                    r.fitted.objective,
+                    fitted.objective,
+                    r.evidence.data,
+                    r.evidence.tension,
+                    r.evidence.z,
+                    r.evidence.held_out,
+                    r.evidence.share,
+                    r.evidence.material,
+                    r.evidence.temper,
+                    r.refused
+                );
+            }
+        }
         for list in [&mut passed, &mut failed] {
             list.sort_by(|a, b| a.fitted.objective.total_cmp(&b.fitted.objective));
         }
@@ -209,13 +229,17 @@ impl<'a> Search<'a> {
         best.sort_by(|&a, &b| drop(b).total_cmp(&drop(a)));
         let mut list: Vec<usize> = Vec::new();
         let top = best.first().map_or(0.0, |&k| drop(k));
-        for k in best {
+        for &k in &best {
             let here = list.iter().filter(|&&l| trials[l].place == trials[k].place).count();
             let worth = list.len() < 2 || drop(k) > 0.02 * top;
             if worth && here < SHORT_LIST_PLACE && list.len() < SHORT_LIST {
                 list.push(k);
             }
         }
+        // A wrong tolerance changes no residual: the best releases are always heard.
+        let releases = best.iter().filter(|&&k| matches!(trials[k].how, How::Release { .. }));
+        let unheard: Vec<usize> = releases.copied().filter(|k| !list.contains(k)).take(RELEASES).collect();
+        list.extend(unheard);
         list
     }
 

@@ -20,6 +20,9 @@ pub(crate) struct Unknown {
     pub shape: bool,
 }
 
+// A stated value is pulled this many standard deviations at the most: beyond, another cause must be found.
+const FARTHEST: f64 = 15.0;
+
 impl Unknown {
     /// The parameter `id` of a plant with the prior that its sidecar or card states.
     pub fn new(plant: &Plant, id: ParameterId) -> Option<Self> {
@@ -64,6 +67,9 @@ impl Unknown {
     pub fn moved(&self, from: f64, step: f64) -> f64 {
         let (low, high) = self.range;
         let mut to = from + step;
+        if let (Some((mean, std)), false) = (self.prior, self.shape) {
+            to = to.clamp(mean - FARTHEST * std, mean + FARTHEST * std);
+        }
         if self.shape && from > 0.0 {
             to = to.clamp(from / 2.5, from * 2.5);
         }
