@@ -1,0 +1,129 @@
+//! `sinew check`: what is missing or suspicious, before any physics.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use serde::Serialize;
+use sinew_data::{Note, Quantity, Run, RunSpec, Severity, check_run, find_repeats};
+use sinew_model::Robot;
+use sinew_report::number;
+
+use crate::console::Console;
+use crate::error::CliError;
+use crate::inputs::{self, Columns};
+
+/// Arguments of `sinew check`.
+#[derive(Debug, Args)]
+pub(crate) struct Check {
+    /// Sidecar or URDF
+    robot: PathBuf,
+    /// Measured runs, each FILE or FILE@FROM..TO
+    #[arg(value_name = "RUN")]
+    runs: Vec<RunSpec>,
+    #[command(flatten)]
+    columns: Columns,
+}
+
+/// The answer: `ok` unless a problem is an error; notes do not count as problems.
+#[derive(Debug, Serialize)]
+struct Answer {
+    ok: bool,
+    problems: Vec<Note>,
+    notes: Vec<Note>,
+}
+
+impl Check {
+    pub fn run(&self, console: &Console) -> Result<ExitCode, CliError> {
+        let file = inputs::robot(&self.robot)?;
+        let runs = self.columns.read(&self.runs)?;
+        let mut all: Vec<Note> = file.notes.iter().map(of_robot).collect();
+        for run in &runs {
+            all.extend(run.notes.iter().cloned());
+            all.extend(missing(&file.robot, run));
+            all.extend(check_run(run));
+        }
+        all.extend(repeats(&runs));
+        let (notes, mut problems): (Vec<_>, Vec<_>) =
+            all.into_iter().partition(|n| n.severity == Severity::Note);
+        problems.sort_by_key(|n| n.severity);
+        let answer = Answer { ok: problems.iter().all(|n| n.severity != Severity::Error), problems, notes };
+        console.answer(&answer, || text(&answer))?;
+        Ok(if answer.ok { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    }
+}
+
+fn text(answer: &Answer) -> String {
+    let mut out = String::new();
+    for note in answer.problems.iter().chain(&answer.notes) {
+        out += &format!("{note}\n");
+    }
+    let errors = answer.problems.iter().filter(|n| n.severity == Severity::Error).count();
+    let warnings = answer.problems.len() - errors;
+    let word = if answer.ok { "usable" } else { "not usable" };
+    out + &format!("{word}: {errors} errors, {warnings} warnings, {} notes\n", answer.notes.len())
+}
+
+fn of_robot(note: &sinew_urdf::Note) -> Note {
+    let severity = match note.severity {
+        sinew_urdf::Severity::Warning => Severity::Warning,
+        sinew_urdf::Severity::Note => Severity::Note,
+    };
+    Note { severity, place: note.place.clone(), statement: note.statement.clone(), help: note.help.clone() }
+}
+
+// What a comparison needs and the run does not have, and what it has and the robot does not.
+fn missing(robot: &Robot, run: &Run) -> Vec<Note> {
+    let names: Vec<&str> = (0..robot.model.nv).map(|dof| robot.model.dof_name(dof)).collect();
+    let mut notes = Vec::new();
+    let mut tell = |severity, statement: String, help: String| {
+        notes.push(Note { severity, place: run.name.clone(), statement, help });
+    };
+    for (dof, joint) in names.iter().enumerate() {
+        let has = |quantity| run.signal(quantity, joint).is_some();
+        if !has(Quantity::MotorPosition) && !has(Quantity::JointPosition) {
+            let statement =
+                format!("no position of joint \"{joint}\": its motion cannot be imposed on the model");
+            tell(Severity::Error, statement, format!("log motor_position.{joint} or joint_position.{joint}"));
+        }
+        let torques = [Quantity::MotorTorque, Quantity::MotorCurrent, Quantity::JointTorque];
+        if !torques.iter().any(|q| has(*q)) {
+            let statement =
+                format!("no torque of joint \"{joint}\": its friction and inertia cannot be seen");
+            tell(Severity::Warning, statement, format!("log motor_torque.{joint}"));
+        }
+        if robot.joints[dof].stiffness.is_some() && !has(Quantity::JointPosition) {
+            let statement = format!(
+                "no link-side position of the elastic joint \"{joint}\": its spring is seen only through the torque"
+            );
+            tell(
+                Severity::Note,
+                statement,
+                format!("log joint_position.{joint} if the joint has a second encoder"),
+            );
+        }
+    }
+    for joint in run.joints().into_iter().filter(|j| !names.contains(j)) {
+        let statement =
+            format!("the run names joint \"{joint}\", which robot \"{}\" does not have", robot.model.name);
+        tell(Severity::Warning, statement, format!("its joints are {}", names.join(", ")));
+    }
+    notes
+}
+
+// A part that repeats a fitted command is not unseen.
+fn repeats(runs: &[Run]) -> Vec<Note> {
+    let note = |r: &sinew_data::Repeat| {
+        let place = runs[r.first].name.clone();
+        let (from, to, length) = (number(r.first_from), number(r.second_from), number(r.duration));
+        let statement = if r.first == r.second {
+            format!("the motion of {length} s from {from} s occurs again from {to} s")
+        } else {
+            let other = &runs[r.second].name;
+            format!("the motion of {length} s from {from} s occurs again in {other} from {to} s")
+        };
+        let help = "do not fit one and check on the other: that is no unseen motion".to_owned();
+        Note { severity: Severity::Warning, place, statement, help }
+    };
+    find_repeats(runs).iter().map(note).collect()
+}

@@ -1,0 +1,81 @@
+//! The command line: its verbs and what all of them share.
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::console::Console;
+use crate::error::CliError;
+use crate::{add, check, compare, demo, diagnose, discover, effects, fit, report, simulate};
+
+/// Compare a robot's model with its measurements, find the missing effect, watch the error fall.
+#[derive(Debug, Parser)]
+#[command(
+    name = "sinew",
+    version,
+    after_help = "ROBOT is a sidecar (arm.sinew.toml) or a URDF; RUN is a file, or a window FILE@FROM..TO in s.\nStart with `sinew demo`.\nExit status: 0 done, 1 the answer is no (check), 2 wrong usage or input."
+)]
+pub(crate) struct Command {
+    /// Print one JSON object on standard output and nothing else
+    #[arg(long, global = true)]
+    json: bool,
+    /// No progress and no messages, only results and errors
+    #[arg(short, long, global = true)]
+    quiet: bool,
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Show the whole loop on an embedded arm with a hidden effect, and write a report
+    Demo(demo::Demo),
+    /// Read everything and say what is missing, suspicious or not excited
+    Check(check::Check),
+    /// Simulate a robot under torques or behind a controller
+    Simulate(simulate::Simulate),
+    /// Error per joint and signal against the noise floor; where and when the model fails
+    Compare(compare::Compare),
+    /// Which effect is missing, how sure, its rivals, and what would separate them
+    Diagnose(diagnose::Diagnose),
+    /// Add effects to a robot, with start values
+    Add(add::Add),
+    /// Estimate the parameters; error before and after
+    Fit(fit::Fit),
+    /// Diagnose, add and fit until nothing is left that the catalogue explains
+    Discover(discover::Discover),
+    /// List the catalogue, or show one effect
+    Effects(effects::Effects),
+    /// Write the page: verdict, ladder and views in one HTML file
+    Report(report::Report),
+}
+
+impl Command {
+    /// Does what was asked.
+    pub fn run(self) -> Result<ExitCode, CliError> {
+        let console = Console { json: self.json, quiet: self.quiet };
+        match self.verb {
+            Verb::Check(check) => return check.run(&console),
+            Verb::Demo(demo) => demo.run(&console)?,
+            Verb::Simulate(simulate) => simulate.run(&console)?,
+            Verb::Compare(compare) => compare.run(&console)?,
+            Verb::Diagnose(diagnose) => diagnose.run(&console)?,
+            Verb::Add(add) => add.run(&console)?,
+            Verb::Fit(fit) => fit.run(&console)?,
+            Verb::Discover(discover) => discover.run(&console)?,
+            Verb::Effects(effects) => effects.run(&console)?,
+            Verb::Report(report) => report.run(&console)?,
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        <Command as clap::CommandFactory>::command().debug_assert();
+    }
+}

@@ -1,0 +1,87 @@
+//! `sinew diagnose`: which effect is missing.
+
+use clap::Args;
+use sinew_effects::CATALOGUE;
+use sinew_identify::{CandidateReport, Diagnosis, Options, diagnose};
+use sinew_report::{number, verdict_in_words};
+
+use crate::console::Console;
+use crate::error::CliError;
+use crate::inputs::Inputs;
+use crate::table::{at_place, item, percent, table};
+
+/// Arguments of `sinew diagnose`.
+#[derive(Debug, Args)]
+pub(crate) struct Diagnose {
+    #[command(flatten)]
+    inputs: Inputs,
+    /// Say also which candidates were refused, and why
+    #[arg(long)]
+    explain: bool,
+}
+
+impl Diagnose {
+    pub fn run(&self, console: &Console) -> Result<(), CliError> {
+        let (robot, runs) = self.inputs.read(console)?;
+        console.say("searching the catalogue …");
+        let diagnosis = diagnose(&robot.robot, &CATALOGUE, &runs, &Options::default())?;
+        console.answer(&diagnosis, || text(&diagnosis, self.explain))
+    }
+}
+
+/// The verdict in words first, then the evidence.
+pub(crate) fn text(diagnosis: &Diagnosis, explain: bool) -> String {
+    let mut out = format!("{}\n", verdict_in_words(diagnosis));
+    if !diagnosis.candidates.is_empty() {
+        let header = ["joint", "effect", ">probability", ">explains", "rival"];
+        out += &format!("\n{}\n", table(&header, diagnosis.candidates.iter().map(candidate)));
+    }
+    let experiments = experiments(&diagnosis.candidates);
+    section(&mut out, "to tell rivals apart", &experiments);
+    let findings: Vec<_> = diagnosis.findings.iter().map(|f| f.statement.clone()).collect();
+    section(&mut out, "findings", &findings);
+    if !diagnosis.scope.is_empty() {
+        out += &format!("\nscope: {}\n", diagnosis.scope);
+    }
+    if explain {
+        let refusal = |r: &sinew_identify::Refusal| format!("step {}: {}: {}", r.step, r.candidate, r.reason);
+        section(&mut out, "refused", &diagnosis.refusals.iter().map(refusal).collect::<Vec<_>>());
+    } else if !diagnosis.refusals.is_empty() {
+        out += &format!("{} candidates were refused; --explain says why\n", diagnosis.refusals.len());
+    }
+    out
+}
+
+fn candidate(c: &CandidateReport) -> Vec<String> {
+    let rival = c.rivals.first().map_or("–".to_owned(), |r| {
+        format!(
+            "{} {}",
+            at_place(&r.effect, if r.place == c.place { "" } else { &r.place }),
+            number(r.probability)
+        )
+    });
+    let place = if c.place.is_empty() { "(robot)" } else { &c.place };
+    vec![place.to_owned(), c.effect.clone(), number(c.probability), percent(c.error_explained), rival]
+}
+
+// One line for each rival that an experiment would separate.
+fn experiments(candidates: &[CandidateReport]) -> Vec<String> {
+    let of = |c: &CandidateReport| {
+        let line = |r: &sinew_identify::RivalReport| {
+            let pair = (at_place(&c.effect, &c.place), at_place(&r.effect, &r.place));
+            format!("{} or {}: {}", pair.0, pair.1, r.experiment)
+        };
+        let told = c.rivals.iter().filter(|r| !r.experiment.is_empty());
+        told.map(line).collect::<Vec<_>>()
+    };
+    candidates.iter().flat_map(of).collect()
+}
+
+fn section(out: &mut String, title: &str, lines: &[String]) {
+    if !lines.is_empty() {
+        *out += &format!("\n{title}\n");
+        for line in lines {
+            *out += &format!("{}\n", item(line));
+        }
+    }
+}

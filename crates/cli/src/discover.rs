@@ -1,0 +1,45 @@
+//! `sinew discover`: diagnose, add and fit until nothing is left that the catalogue explains.
+
+use clap::Args;
+use sinew_data::RunSpec;
+use sinew_effects::CATALOGUE;
+use sinew_identify::{Options, discover};
+use sinew_report::verdict_in_words;
+
+use crate::console::Console;
+use crate::error::CliError;
+use crate::fit;
+use crate::inputs::Inputs;
+use crate::output_file::{OutputFile, write};
+
+/// Arguments of `sinew discover`.
+#[derive(Debug, Args)]
+pub(crate) struct Discover {
+    #[command(flatten)]
+    inputs: Inputs,
+    /// Runs that nothing is fitted to
+    #[arg(long, value_name = "RUN", num_args = 1..)]
+    check: Vec<RunSpec>,
+    #[command(flatten)]
+    output: OutputFile,
+}
+
+impl Discover {
+    pub fn run(&self, console: &Console) -> Result<(), CliError> {
+        let (file, runs) = self.inputs.read(console)?;
+        let path = self.output.path(&file)?;
+        let check = self.inputs.columns.read(&self.check)?;
+        console.say("searching the catalogue …");
+        let found = discover(&file.robot, &CATALOGUE, &runs, &check, &Options::default())?;
+        write(&file.sidecar, &found.specs, &path)?;
+        console.say(&format!("{}: written", path.display()));
+        console.answer(&found, || {
+            let ladder = fit::ladder(&found.steps);
+            format!(
+                "{ladder}\n\n{}\n\nscope: {}\n",
+                verdict_in_words(&found.diagnosis),
+                found.diagnosis.scope
+            )
+        })
+    }
+}

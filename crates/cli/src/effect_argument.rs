@@ -1,0 +1,167 @@
+//! `EFFECT@PLACE` on the command line.
+
+use sinew_effect::{Entry, PlaceKind, Role, Screening, Written};
+use sinew_effects::CATALOGUE;
+use sinew_model::{EffectSpec, Place, Robot, Setting};
+use sinew_plant::{Active, PlantError};
+use sinew_rigid::mass_matrix;
+
+use crate::error::CliError;
+
+/// The catalogue's line of an effect.
+pub(crate) fn entry(name: &str) -> Result<&'static Entry, CliError> {
+    CATALOGUE.find(name).ok_or_else(|| {
+        let known = CATALOGUE.entries.iter().map(|e| e.card.name).collect();
+        plant_error(PlantError::NoSuchEffect { kind: name.to_owned(), known })
+    })
+}
+
+/// The effect that `EFFECT@PLACE[,KEY=VALUE…]` names, with the values stated there and no others.
+///
+/// # Errors
+/// If the catalogue does not have it, it cannot act there, or a value is not one.
+pub(crate) fn effect(argument: &str, robot: &Robot) -> Result<EffectSpec, CliError> {
+    let mut parts = argument.split(',');
+    let head = parts.next().unwrap_or_default();
+    let (name, place) = head.split_once('@').map_or((head, None), |(n, p)| (n, Some(p.to_owned())));
+    let entry = entry(name)?;
+    let place = match (entry.place, place) {
+        (PlaceKind::Robot, None) => Place::Robot,
+        (PlaceKind::Joint, Some(place)) => Place::Joint(place),
+        (PlaceKind::Link, Some(place)) => Place::Link(place),
+        (PlaceKind::Robot, Some(_)) => {
+            return Err(CliError::usage(head, "acts on the whole robot", format!("write {name}")));
+        }
+        (kind, None) => {
+            let kind = format!("{kind:?}").to_lowercase();
+            let help = format!("write {name}@{}", kind.to_uppercase());
+            return Err(CliError::usage(head, format!("acts at a {kind}"), help));
+        }
+    };
+    let mut spec = EffectSpec::new(name, place);
+    for part in parts {
+        spec.settings.push(setting(part, entry)?);
+    }
+    Active::new(&robot.model, robot.tool, &spec, &CATALOGUE).map_err(plant_error)?;
+    Ok(spec)
+}
+
+/// Writes the start value of every parameter that the effect does not state: strengths 0, shapes their usual value.
+///
+/// A spring cannot be written at strength zero, which is K = ∞; it starts with its motor-held resonance in the middle
+/// of the usual range.
+///
+/// ```text
+/// K = (2π f)² M_ii
+/// ```
+pub(crate) fn with_start_values(mut spec: EffectSpec, robot: &Robot) -> EffectSpec {
+    let Some(entry) = CATALOGUE.find(&spec.kind) else { return spec };
+    for parameter in entry.card.parameters {
+        if spec.get(parameter.key).is_some() || parameter.role == Role::Stated {
+            continue;
+        }
+        match (parameter.written, parameter.component) {
+            (Written::Plain, None) => spec = spec.with(parameter.key, parameter.start()),
+            (Written::Plain, Some(_)) => {
+                let alike = entry.card.parameters.iter().filter(|p| p.key == parameter.key);
+                let zeros = alike.map(|p| p.start()).collect();
+                spec.settings.push((parameter.key.to_owned(), Setting::Numbers(zeros)));
+            }
+            (Written::Reciprocal, _) => {
+                if let Some(stiffness) = usual_stiffness(&spec, entry, robot) {
+                    spec = spec.with(parameter.key, stiffness);
+                }
+            }
+        }
+    }
+    spec
+}
+
+fn usual_stiffness(spec: &EffectSpec, entry: &Entry, robot: &Robot) -> Option<f64> {
+    let (Screening::Resonance { hertz }, Place::Joint(joint)) = (entry.card.screening, &spec.place) else {
+        return None;
+    };
+    let dof = robot.model.dof(joint)?;
+    let inertia = mass_matrix(&robot.model, &robot.model.zero_position())[(dof, dof)];
+    let omega = core::f64::consts::TAU * hertz[hertz.len() / 2];
+    Some(omega * omega * inertia)
+}
+
+fn setting(text: &str, entry: &Entry) -> Result<(String, Setting), CliError> {
+    let parameters = entry.card.parameters;
+    let known = || {
+        let keys = parameters.iter().map(|p| p.key).chain(entry.words.iter().copied());
+        format!("keys of {} are {}", entry.card.name, keys.collect::<Vec<_>>().join(", "))
+    };
+    let Some((key, value)) = text.split_once('=') else {
+        return Err(CliError::usage(text, "no KEY=VALUE", known()));
+    };
+    let setting = if entry.words.contains(&key) {
+        Setting::Word(value.to_owned())
+    } else if parameters.iter().any(|p| p.key == key && p.component.is_none()) {
+        let number = value.parse().ok().filter(|x: &f64| x.is_finite());
+        Setting::Number(number.ok_or_else(|| {
+            CliError::usage(text, format!("not a number (got \"{value}\")"), "write KEY=NUMBER, SI")
+        })?)
+    } else {
+        return Err(CliError::usage(text, format!("unknown key \"{key}\""), known()));
+    };
+    Ok((key.to_owned(), setting))
+}
+
+fn plant_error(error: PlantError) -> CliError {
+    CliError::Plant { file: "EFFECT@PLACE".to_owned(), source: Box::new(error) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sinew_model::samples;
+
+    fn robot() -> Robot {
+        Robot::rigid(samples::planar_arm(2, 1.0, 0.5))
+    }
+
+    #[test]
+    fn a_strength_starts_at_zero_and_a_shape_at_its_usual_value() {
+        let spec = effect("stribeck_friction@joint_1", &robot()).unwrap();
+        let spec = with_start_values(spec, &robot());
+        assert_eq!(spec.number("stribeck"), Some(0.0));
+        assert!(spec.number("stribeck_velocity").unwrap() > 0.0);
+    }
+
+    #[test]
+    fn a_new_spring_is_finite() {
+        let spec = effect("joint_elasticity@joint_2", &robot()).unwrap();
+        let stiffness = with_start_values(spec, &robot()).number("stiffness").unwrap();
+        assert!(stiffness > 1.0 && stiffness.is_finite());
+    }
+
+    #[test]
+    fn every_effect_of_the_catalogue_gets_start_values_it_takes_itself() {
+        for entry in CATALOGUE.entries {
+            let argument = match entry.place {
+                PlaceKind::Joint => format!("{}@joint_2", entry.card.name),
+                PlaceKind::Link => format!("{}@link_2", entry.card.name),
+                PlaceKind::Robot => entry.card.name.to_owned(),
+            };
+            let Ok(spec) = effect(&argument, &robot()) else { continue };
+            let spec = with_start_values(spec, &robot());
+            let made = Active::new(&robot().model, robot().tool, &spec, &CATALOGUE);
+            assert!(made.is_ok(), "{argument}: {}", made.unwrap_err());
+        }
+    }
+
+    #[test]
+    fn values_can_be_stated_and_wrong_ones_are_refused() {
+        let spec = effect("coulomb_friction@joint_1,coulomb=2.5", &robot()).unwrap();
+        assert_eq!(spec.number("coulomb"), Some(2.5));
+        let message = |text: &str| effect(text, &robot()).unwrap_err().to_string();
+        assert!(message("coulomb_friction@joint_1,culomb=2").contains("unknown key \"culomb\""));
+        assert!(message("coulomb_friction@joint_1,coulomb=x").contains("not a number"));
+        assert!(message("coulomb_friction").contains("acts at a joint"));
+        assert!(message("payload@joint_1").contains("whole robot"));
+        assert!(message("coulomb_friction@elbow").contains("joint_1"));
+        assert!(message("friction@joint_1").contains("not in the catalogue"));
+    }
+}

@@ -1,0 +1,76 @@
+//! `sinew fit`: parameters, their uncertainty, and the error before and after.
+
+use clap::Args;
+use sinew_data::RunSpec;
+use sinew_effects::CATALOGUE;
+use sinew_identify::{Options, ParameterReport, StepReport, fit};
+use sinew_report::{number, quantity, with_std};
+
+use crate::console::Console;
+use crate::effect_argument::effect;
+use crate::error::CliError;
+use crate::inputs::Inputs;
+use crate::output_file::{OutputFile, write};
+use crate::table::{item, table};
+
+/// Arguments of `sinew fit`.
+#[derive(Debug, Args)]
+pub(crate) struct Fit {
+    #[command(flatten)]
+    inputs: Inputs,
+    /// Add these effects first: EFFECT@PLACE
+    #[arg(long, value_name = "EFFECT@PLACE", num_args = 1..)]
+    add: Vec<String>,
+    /// Runs that nothing is fitted to
+    #[arg(long, value_name = "RUN", num_args = 1..)]
+    check: Vec<RunSpec>,
+    #[command(flatten)]
+    output: OutputFile,
+}
+
+impl Fit {
+    pub fn run(&self, console: &Console) -> Result<(), CliError> {
+        let (file, runs) = self.inputs.read(console)?;
+        let path = self.output.path(&file)?;
+        let check = self.inputs.columns.read(&self.check)?;
+        let add = self.add.iter().map(|a| effect(a, &file.robot)).collect::<Result<Vec<_>, _>>()?;
+        console.say("fitting …");
+        let fit = fit(&file.robot, &CATALOGUE, &runs, &check, &add, &Options::default())?;
+        write(&file.sidecar, &fit.specs, &path)?;
+        console.say(&format!("{}: written", path.display()));
+        console.answer(&fit, || text(&fit))
+    }
+}
+
+/// Parameters, warnings and the error before and after.
+pub(crate) fn text(fit: &sinew_identify::Fit) -> String {
+    let mut out = parameters(&fit.parameters);
+    out.push('\n');
+    for warning in &fit.warnings {
+        out += &format!("{}\n", item(warning));
+    }
+    out + &format!("\n{}\n", ladder(&fit.steps))
+}
+
+fn parameters(parameters: &[ParameterReport]) -> String {
+    let row = |p: &ParameterReport| {
+        let change = format!("{} →", quantity(p.start, &p.unit));
+        vec![p.name.clone(), change, with_std(p.value, p.std, &p.unit), p.note.clone().unwrap_or_default()]
+    };
+    table(&["parameter", ">start", "value ± standard deviation", ""], parameters.iter().map(row))
+}
+
+/// One row a step: what was added, and the error on the runs seen and unseen, in noise floors.
+pub(crate) fn ladder(steps: &[StepReport]) -> String {
+    let row = |(k, s): (usize, &StepReport)| {
+        let added = match s.added.as_slice() {
+            [] if k == 0 => "as given".to_owned(),
+            [] => "parameters fitted".to_owned(),
+            added => format!("+ {}", added.join(" + ")),
+        };
+        let check = s.check_rms_error.map_or("–".to_owned(), number);
+        vec![k.to_string(), added, number(s.rms_error), check, number(s.noise_floor)]
+    };
+    let header = [">step", "added", ">error, runs", ">error, unseen runs", ">noise floor"];
+    table(&header, steps.iter().enumerate().map(row))
+}

@@ -1,0 +1,91 @@
+//! What commands read: a robot, and runs through a columns map.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use sinew_data::{ColumnMap, Run, RunSpec};
+use sinew_effect::PlaceKind;
+use sinew_effects::CATALOGUE;
+use sinew_plant::Plant;
+use sinew_urdf::{KindWords, RobotFile, Vocabulary, read_robot};
+
+use crate::console::Console;
+use crate::error::CliError;
+
+/// The robot and its runs, as most verbs take them.
+#[derive(Debug, Args)]
+pub(crate) struct Inputs {
+    /// Sidecar or URDF
+    pub robot: PathBuf,
+    /// Measured runs, each FILE or FILE@FROM..TO (s after its first time stamp)
+    #[arg(required = true, value_name = "RUN")]
+    pub runs: Vec<RunSpec>,
+    #[command(flatten)]
+    pub columns: Columns,
+}
+
+/// How the columns of a log are called.
+#[derive(Debug, Args)]
+pub(crate) struct Columns {
+    /// Names, scales and offsets of the columns of the runs (TOML)
+    #[arg(long, value_name = "MAP")]
+    columns: Option<PathBuf>,
+}
+
+impl Inputs {
+    /// Reads robot and runs; what is suspicious about their reading goes to standard error.
+    pub fn read(&self, console: &Console) -> Result<(RobotFile, Vec<Run>), CliError> {
+        let robot = robot(&self.robot)?;
+        for note in &robot.notes {
+            console.say(&note.to_string());
+        }
+        let runs = self.columns.read(&self.runs)?;
+        for note in runs.iter().flat_map(|r| &r.notes) {
+            console.say(&note.to_string());
+        }
+        Ok((robot, runs))
+    }
+}
+
+impl Columns {
+    /// Reads runs through the map, if there is one.
+    pub fn read(&self, runs: &[RunSpec]) -> Result<Vec<Run>, CliError> {
+        let map = self.columns.as_deref().map(ColumnMap::read).transpose()?;
+        Ok(runs.iter().map(|r| r.read(map.as_ref())).collect::<Result<_, _>>()?)
+    }
+}
+
+/// Reads a robot and makes sure that the catalogue has its effects and a plant can be made of it.
+pub(crate) fn robot(path: &Path) -> Result<RobotFile, CliError> {
+    let file = read_robot(path)?;
+    check_effects(&file)?;
+    Ok(file)
+}
+
+/// Refuses effects that the catalogue does not have, cannot place or cannot give their values.
+pub(crate) fn check_effects(file: &RobotFile) -> Result<(), CliError> {
+    let keys: Vec<Vec<&str>> = CATALOGUE
+        .entries
+        .iter()
+        .map(|e| e.card.parameters.iter().map(|p| p.key).chain(e.words.iter().copied()).collect())
+        .collect();
+    let place = |kind| match kind {
+        PlaceKind::Joint => sinew_urdf::PlaceKind::Joint,
+        PlaceKind::Link => sinew_urdf::PlaceKind::Link,
+        PlaceKind::Robot => sinew_urdf::PlaceKind::Robot,
+    };
+    let words = |(entry, keys): (&sinew_effect::Entry, _)| KindWords {
+        kind: entry.card.name,
+        keys,
+        place: place(entry.place),
+    };
+    let kinds: Vec<_> = CATALOGUE.entries.iter().zip(keys.iter().map(Vec::as_slice)).map(words).collect();
+    file.check_vocabulary(&Vocabulary { kinds: &kinds })?;
+    plant(file).map(|_| ())
+}
+
+/// The plant of a robot.
+pub(crate) fn plant(file: &RobotFile) -> Result<Plant, CliError> {
+    let wrong = |source| CliError::Plant { file: file.sidecar.file().to_owned(), source: Box::new(source) };
+    Plant::new(&file.robot, &CATALOGUE).map_err(wrong)
+}

@@ -1,0 +1,56 @@
+//! A position on the command line: numbers in order, or `joint=value` pairs.
+
+use sinew_model::Model;
+
+use crate::error::CliError;
+
+/// The position that `text` names, one number for each degree of freedom; joints not named are 0.
+pub(crate) fn position(text: &str, model: &Model) -> Result<Vec<f64>, CliError> {
+    let mut q = vec![0.0; model.nv];
+    let names: Vec<&str> = (0..model.nv).map(|dof| model.dof_name(dof)).collect();
+    let help = || format!("the joints are {}; write numbers in this order, or joint=value", names.join(", "));
+    let parts: Vec<&str> = text.split(',').map(str::trim).filter(|p| !p.is_empty()).collect();
+    let named = parts.iter().any(|p| p.contains('='));
+    if !named && !parts.is_empty() && parts.len() != model.nv {
+        let what = format!("{} numbers for {} joints", parts.len(), model.nv);
+        return Err(CliError::usage(format!("position \"{text}\""), what, help()));
+    }
+    for (k, part) in parts.iter().enumerate() {
+        let wrong = |what: String| CliError::usage(format!("position \"{text}\""), what, help());
+        let (dof, value) = match part.split_once('=') {
+            None if named => return Err(wrong(format!("\"{part}\" names no joint"))),
+            None => (k, *part),
+            Some((joint, value)) => {
+                let dof = names.iter().position(|n| *n == joint.trim());
+                (dof.ok_or_else(|| wrong(format!("no joint \"{}\"", joint.trim())))?, value.trim())
+            }
+        };
+        let number = value.parse().ok().filter(|x: &f64| x.is_finite());
+        q[dof] = number.ok_or_else(|| wrong(format!("\"{value}\" is not a number")))?;
+    }
+    Ok(q)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sinew_model::samples;
+
+    #[test]
+    fn numbers_in_order_and_pairs_by_name_mean_the_same() {
+        let arm = samples::planar_arm(2, 1.0, 0.5);
+        assert_eq!(position("0.1, -2", &arm).unwrap(), [0.1, -2.0]);
+        assert_eq!(position("joint_2=-2,joint_1=0.1", &arm).unwrap(), [0.1, -2.0]);
+        assert_eq!(position("joint_2=3", &arm).unwrap(), [0.0, 3.0]);
+        assert_eq!(position("", &arm).unwrap(), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_wrong_position_is_answered_with_the_joints() {
+        let arm = samples::planar_arm(2, 1.0, 0.5);
+        for text in ["1", "1,2,3", "x,1", "joint_9=1", "joint_1=1,2", "nan,0"] {
+            let message = position(text, &arm).unwrap_err().to_string();
+            assert!(message.contains("the joints are joint_1, joint_2"), "{message}");
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! `sinew report`: the page.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde_json::json;
+use sinew_data::RunSpec;
+use sinew_effects::CATALOGUE;
+use sinew_identify::{Options, compare, discover};
+use sinew_report::{ReportInput, page};
+
+use crate::console::Console;
+use crate::error::CliError;
+use crate::fitted_robot::with_effects;
+use crate::inputs::Inputs;
+
+/// Arguments of `sinew report`.
+#[derive(Debug, Args)]
+pub(crate) struct Report {
+    #[command(flatten)]
+    inputs: Inputs,
+    /// Runs that nothing is fitted to
+    #[arg(long, value_name = "RUN", num_args = 1..)]
+    check: Vec<RunSpec>,
+    /// The page
+    #[arg(short, long, value_name = "HTML")]
+    output: PathBuf,
+}
+
+impl Report {
+    pub fn run(&self, console: &Console) -> Result<(), CliError> {
+        let (file, runs) = self.inputs.read(console)?;
+        let check = self.inputs.columns.read(&self.check)?;
+        console.say("searching the catalogue …");
+        let options = Options::default();
+        let fit = discover(&file.robot, &CATALOGUE, &runs, &check, &options)?;
+        let all = [runs.as_slice(), check.as_slice()].concat();
+        let unseen: Vec<String> = check.iter().map(|r| r.name.clone()).collect();
+        let before = compare(&file.robot, &CATALOGUE, &all, &options)?;
+        let after = compare(&with_effects(&file.robot, &fit.specs), &CATALOGUE, &all, &options)?;
+        let input = ReportInput {
+            robot: &file.robot,
+            unseen: &unseen,
+            before: &before,
+            diagnosis: &fit.diagnosis,
+            fit: Some(&fit),
+            after: Some(&after),
+        };
+        write_page(&input, &self.output)?;
+        let answer = json!({ "written": self.output.display().to_string(), "verdict": fit.verdict });
+        console.answer(&answer, || format!("{}: written\n", self.output.display()))
+    }
+}
+
+/// Draws the page and writes it.
+pub(crate) fn write_page(input: &ReportInput, path: &Path) -> Result<(), CliError> {
+    std::fs::write(path, page(input)).map_err(|source| CliError::Write { path: path.to_owned(), source })
+}

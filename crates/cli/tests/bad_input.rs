@@ -1,0 +1,224 @@
+//! Bad input: exit status 2 and one message that a user can act on; never a panic.
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+const URDF: &str = include_str!("../src/demo/arm.urdf");
+const SIDECAR: &str = include_str!("../src/demo/arm.sinew.toml");
+
+/// A folder with a good robot and a good run, gone when the test ends.
+struct Bench {
+    dir: PathBuf,
+}
+
+impl Bench {
+    fn new(name: &str) -> Self {
+        let dir = std::env::temp_dir().join(format!("sinew-bad-{}-{name}", std::process::id()));
+        std::fs::create_dir_all(&dir).unwrap();
+        let bench = Self { dir };
+        bench.write("arm.urdf", URDF);
+        bench.write("arm.sinew.toml", SIDECAR);
+        bench.write("run.csv", &csv(|_, row| Some(row)));
+        bench
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.dir.join(name), text).unwrap();
+    }
+
+    fn run(&self, arguments: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_sinew")).args(arguments).current_dir(&self.dir).output().unwrap()
+    }
+
+    /// Runs a command that must be refused, and gives back its one message.
+    fn refused(&self, arguments: &[&str]) -> String {
+        let output = self.run(arguments);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+        assert!(output.stdout.is_empty(), "{arguments:?} printed a result");
+        assert_eq!(message.matches("error: ").count(), 1, "not one message: {message}");
+        assert!(message.contains("help:"), "no way out: {message}");
+        assert!(!message.contains("panicked") && !message.contains("internal error"), "{message}");
+        message
+    }
+}
+
+impl Drop for Bench {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.dir);
+    }
+}
+
+const COLUMNS: &str =
+    "time,motor_position.shoulder,motor_torque.shoulder,motor_position.elbow,motor_torque.elbow";
+
+// A good log whose lines `edit` may change or drop; line 1 is the header.
+fn csv(edit: impl Fn(usize, String) -> Option<String>) -> String {
+    let row = |k: usize| {
+        let t = k as f64 * 0.01;
+        format!("{t},{},{},{},{}", (t * 2.0).sin(), 30.0 - t, t.cos(), 5.0 + t)
+    };
+    let lines = std::iter::once(COLUMNS.to_owned()).chain((0..200).map(row));
+    let kept = lines.enumerate().filter_map(|(k, line)| edit(k + 1, line));
+    kept.map(|line| line + "\n").collect()
+}
+
+fn run_is_refused(name: &str, text: &str, must_say: &[&str]) {
+    let bench = Bench::new(name);
+    bench.write("run.csv", text);
+    for verb in ["check", "compare"] {
+        let message = bench.refused(&[verb, "arm.sinew.toml", "run.csv"]);
+        for word in must_say {
+            assert!(message.contains(word), "{verb}: no {word:?} in: {message}");
+        }
+    }
+}
+
+fn robot_is_refused(name: &str, file: &str, text: &str, must_say: &[&str]) {
+    let bench = Bench::new(name);
+    bench.write(file, text);
+    let message = bench.refused(&["check", "arm.sinew.toml"]);
+    for word in must_say {
+        assert!(message.contains(word), "no {word:?} in: {message}");
+    }
+}
+
+#[test]
+fn good_input_is_accepted() {
+    let bench = Bench::new("good");
+    let output = bench.run(&["check", "arm.sinew.toml", "run.csv"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stdout));
+}
+
+#[test]
+fn a_missing_file_is_named() {
+    let bench = Bench::new("missing");
+    assert!(bench.refused(&["check", "leg.urdf"]).contains("leg.urdf"));
+    assert!(bench.refused(&["check", "arm.urdf", "gone.csv"]).contains("gone.csv"));
+    assert!(bench.refused(&["check", "arm.urdf", "run.csv", "--columns", "map.toml"]).contains("map.toml"));
+}
+
+#[test]
+fn a_malformed_urdf_is_answered_with_its_line() {
+    robot_is_refused("xml", "arm.urdf", &URDF.replace("</robot>", ""), &["arm.urdf:", "XML"]);
+}
+
+#[test]
+fn a_urdf_without_inertia_is_refused() {
+    let robot = "<robot name=\"arm\"><link name=\"base\"/><link name=\"upper_arm\"/><link name=\"forearm\"/><link name=\"flange\"/>";
+    let joint = |name: &str, parent: &str, child: &str| {
+        format!(
+            "<joint name=\"{name}\" type=\"continuous\"><parent link=\"{parent}\"/><child link=\"{child}\"/></joint>"
+        )
+    };
+    let joints = joint("shoulder", "base", "upper_arm")
+        + &joint("elbow", "upper_arm", "forearm")
+        + &joint("wrist", "forearm", "flange");
+    robot_is_refused("inertia", "arm.urdf", &format!("{robot}{joints}</robot>"), &["inertial"]);
+}
+
+#[test]
+fn an_unknown_joint_is_answered_with_the_nearest_one() {
+    let text = SIDECAR.replace("[joints.elbow]", "[joints.elbw]");
+    robot_is_refused(
+        "joint",
+        "arm.sinew.toml",
+        &text,
+        &["arm.sinew.toml:", "elbw", "did you mean \"elbow\"?"],
+    );
+}
+
+#[test]
+fn an_unknown_key_is_answered_with_the_nearest_one() {
+    let text = SIDECAR.replace("rotor_inertia = 0.16", "rotor_inerta = 0.16");
+    robot_is_refused("key", "arm.sinew.toml", &text, &["rotor_inerta", "did you mean \"rotor_inertia\"?"]);
+}
+
+#[test]
+fn an_unknown_effect_or_parameter_is_answered_with_its_line() {
+    let text = SIDECAR.replace("kind = \"viscous_friction\"", "kind = \"viscous_fricton\"");
+    robot_is_refused(
+        "kind",
+        "arm.sinew.toml",
+        &text,
+        &["arm.sinew.toml:", "did you mean \"viscous_friction\"?"],
+    );
+    let text = SIDECAR.replace("viscous = 0.8", "viscos = 0.8");
+    robot_is_refused("parameter", "arm.sinew.toml", &text, &["viscos", "did you mean \"viscous\"?"]);
+}
+
+#[test]
+fn a_missing_column_is_answered_with_the_headers() {
+    let bench = Bench::new("column");
+    bench.write("map.toml", "time = { column = \"time\" }\n\"motor_position.elbow\" = { column = \"q2\" }\n");
+    let message = bench.refused(&["compare", "arm.urdf", "run.csv", "--columns", "map.toml"]);
+    assert!(message.contains("q2") && message.contains("motor_position.shoulder"), "{message}");
+    let bench = Bench::new("position");
+    bench.write("run.csv", &csv(|_, line| Some(line)).replace("motor_position", "temperature"));
+    let message = bench.refused(&["compare", "arm.sinew.toml", "run.csv"]);
+    assert!(message.contains("position"), "{message}");
+}
+
+#[test]
+fn a_check_says_no_when_a_joint_was_not_measured() {
+    let bench = Bench::new("no");
+    let without =
+        csv(|_, line| Some(line.rsplit_once(',').unwrap().0.rsplit_once(',').unwrap().0.to_owned()));
+    bench.write("run.csv", &without);
+    let output = bench.run(&["check", "arm.sinew.toml", "run.csv"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("no position of joint \"elbow\""));
+}
+
+#[test]
+fn text_in_a_number_is_answered_with_row_and_column() {
+    let text = csv(|k, line| Some(if k == 7 { line.replacen("0.05,", "0.05,x", 1) } else { line }));
+    run_is_refused("text", &text, &["run.csv:7", "motor_position.shoulder"]);
+}
+
+#[test]
+fn a_value_that_is_not_finite_is_answered_with_row_and_column() {
+    let text =
+        csv(|k, line| Some(if k == 9 { line.rsplit_once(',').unwrap().0.to_owned() + ",NaN" } else { line }));
+    run_is_refused("nan", &text, &["run.csv:9", "motor_torque.elbow", "not finite"]);
+}
+
+#[test]
+fn time_running_backwards_is_answered_with_its_row() {
+    let text = csv(|k, line| Some(if k == 20 { line.replacen("0.18,", "0.08,", 1) } else { line }));
+    run_is_refused("backwards", &text, &["run.csv:20", "backwards"]);
+}
+
+#[test]
+fn an_empty_file_is_refused() {
+    run_is_refused("empty", "", &["run.csv", "empty"]);
+}
+
+#[test]
+fn one_row_is_no_run() {
+    run_is_refused("row", &csv(|k, line| (k <= 2).then_some(line)), &["run.csv", "too few samples (got 1"]);
+}
+
+#[test]
+fn a_window_outside_the_run_is_refused() {
+    assert!(
+        Bench::new("window").refused(&["compare", "arm.urdf", "run.csv@50..60"]).contains("window 50..60")
+    );
+}
+
+#[test]
+fn an_effect_that_cannot_be_added_is_refused_and_nothing_is_written() {
+    let bench = Bench::new("add");
+    for (effect, word) in [
+        ("coulomb@elbow", "not in the catalogue"),
+        ("coulomb_friction@wrist", "wrist"),
+        ("coulomb_friction", "acts at a joint"),
+        ("viscous_friction@elbow", "already"),
+    ] {
+        let message = bench.refused(&["add", "arm.sinew.toml", effect, "-o", "new.sinew.toml"]);
+        assert!(message.contains(word), "no {word:?} in: {message}");
+        assert!(!bench.dir.join("new.sinew.toml").exists());
+    }
+    let message = bench.refused(&["add", "arm.urdf", "payload", "-o", "new.urdf"]);
+    assert!(message.contains(".sinew.toml"), "{message}");
+}

@@ -1,0 +1,47 @@
+//! The verdict in words.
+
+use sinew_identify::{Accepted, Diagnosis, Verdict};
+
+/// The verdict of a diagnosis in one or two sentences.
+pub fn verdict_in_words(diagnosis: &Diagnosis) -> String {
+    let named = named(&diagnosis.accepted);
+    match diagnosis.verdict {
+        Verdict::Adequate => {
+            "Adequate: no effect of the catalogue would improve this model on these data, and \
+                              nothing predictable is left in its error."
+                .to_owned()
+        }
+        Verdict::Missing => format!("Missing: {named}. With it nothing predictable is left."),
+        Verdict::PartlyExplained if diagnosis.accepted.is_empty() => {
+            "Explained in part: what the catalogue offers leaves something predictable behind.".to_owned()
+        }
+        Verdict::PartlyExplained => {
+            format!("Explained in part: {named} improves the model, but something predictable is left.")
+        }
+        Verdict::Unexplained => {
+            "Unexplained: the error has structure that no effect of the catalogue explains.".to_owned()
+        }
+        Verdict::Undecidable => "Undecidable: these data cannot tell the candidates apart.".to_owned(),
+    }
+}
+
+/// An effect at its place in words: `coulomb_friction`, `elbow` → "Coulomb friction at elbow".
+///
+/// # Example
+/// ```
+/// assert_eq!(sinew_report::effect_in_words("coulomb_friction", "elbow"), "Coulomb friction at elbow");
+/// assert_eq!(sinew_report::effect_in_words("payload", ""), "payload");
+/// ```
+pub fn effect_in_words(effect: &str, place: &str) -> String {
+    let name = effect.replace('_', " ").replace("coulomb", "Coulomb").replace("stribeck", "Stribeck");
+    if place.is_empty() || place == "robot" { name } else { format!("{name} at {place}") }
+}
+
+fn named(accepted: &[Accepted]) -> String {
+    let words: Vec<_> = accepted.iter().map(|a| effect_in_words(&a.effect, &a.place)).collect();
+    match words.as_slice() {
+        [] => "an effect of the catalogue".to_owned(),
+        [one] => one.clone(),
+        [init @ .., last] => format!("{} and {last}", init.join(", ")),
+    }
+}
