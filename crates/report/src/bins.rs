@@ -8,7 +8,7 @@ pub(crate) struct Bin {
     pub high: f64,
 }
 
-/// Splits `low … high` into `count` bins and gives the 10, 50 and 90 % quantiles of those with at least ten values.
+/// Splits `low … high` into `count` bins and gives the 10, 50 and 90 % quantiles of those with at least five values.
 pub(crate) fn bins(x: &[f64], y: &[f64], (low, high): (f64, f64), count: usize) -> Vec<Bin> {
     let mut held = vec![Vec::new(); count];
     for (x, y) in x.iter().zip(y) {
@@ -22,7 +22,7 @@ pub(crate) fn bins(x: &[f64], y: &[f64], (low, high): (f64, f64), count: usize) 
         values.sort_by(f64::total_cmp);
         let [low_value, median, high_value] = [0.1, 0.5, 0.9].map(|p| quantile(&values, p));
         let middle = low + (k as f64 + 0.5) * step;
-        (values.len() >= 10).then_some(Bin { middle, low: low_value, median, high: high_value })
+        (values.len() >= 5).then_some(Bin { middle, low: low_value, median, high: high_value })
     };
     held.into_iter().enumerate().filter_map(bin).collect()
 }

@@ -9,7 +9,7 @@ use crate::frame::Frame;
 use crate::number::prefix;
 use crate::svg::Svg;
 
-const BINS: usize = 48;
+const BINS: usize = 30;
 const POINTS: usize = 900;
 
 /// What the residual is drawn against.

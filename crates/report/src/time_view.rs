@@ -27,8 +27,9 @@ fn draw(before: &Trace, after: Option<&Trace>) -> String {
     let mut svg = Svg::new(920.0, 400.0, &title, text);
     let start = before.time.first().copied().unwrap_or(0.0);
     let across = (0.0, before.time.last().map_or(1.0, |t| t - start));
-    let (factor, letter) = prefix(extent(&before.measured).1.abs(), &before.unit);
-    let (low, high) = extent(&before.measured);
+    let (measured, predicted) = (extent(&before.measured), extent(&before.predicted));
+    let (low, high) = (measured.0.min(predicted.0), measured.1.max(predicted.1));
+    let (factor, letter) = prefix(high.max(-low), &before.unit);
     let margin = 0.06 * (high - low);
     let upper = Frame::new(SIDES, (10.0, 190.0), across, ((low - margin) * factor, (high + margin) * factor));
     upper.draw(&mut svg, "", &format!("{letter}{}", before.unit));
