@@ -87,10 +87,8 @@ impl Demo {
     fn prepare(&self, console: &Console) -> Result<(RobotFile, Vec<Run>, Vec<Run>), CliError> {
         std::fs::create_dir_all(&self.dir)
             .map_err(|source| CliError::Write { path: self.dir.clone(), source })?;
-        for (name, text) in [("arm.urdf", URDF), ("arm.sinew.toml", SIDECAR)] {
-            let path = self.dir.join(name);
-            std::fs::write(&path, text).map_err(|source| CliError::Write { path, source })?;
-        }
+        self.write("arm.urdf", URDF)?;
+        self.write("arm.sinew.toml", SIDECAR)?;
         let file = read_robot(&self.dir.join("arm.sinew.toml"))?;
         console.say("   moving the arm …");
         let mut runs = Vec::new();
@@ -99,10 +97,16 @@ impl Demo {
         {
             let run = bench::run(&file.robot, name, program)?;
             run.write_csv(&self.dir.join(format!("{name}.csv")))?;
+            self.write(&format!("{name}.run.toml"), &bench::sensors())?;
             runs.push(run);
         }
         let unseen = runs.split_off(2);
         Ok((file, runs, unseen))
+    }
+
+    fn write(&self, name: &str, text: &str) -> Result<(), CliError> {
+        let path = self.dir.join(name);
+        std::fs::write(&path, text).map_err(|source| CliError::Write { path, source })
     }
 
     fn epilogue(&self, names: &[String]) -> String {

@@ -1,5 +1,7 @@
 //! The test bench of the demo: an arm that differs from its model, and its measured runs.
 
+use core::f64::consts::TAU;
+
 use sinew_data::{Quantity, Run};
 use sinew_effects::CATALOGUE;
 use sinew_model::{EffectSpec, Place, Robot, Setting};
@@ -21,6 +23,19 @@ const PERIOD: f64 = 2e-3;
 const REST: f64 = 0.5;
 const DURATION: f64 = 6.0;
 const BANDWIDTH: f64 = 20.0;
+
+// Encoders of 17 bit on the motors (gear 100), and noisy ones of 20 bit on the links; rad, N·m.
+const MOTOR_STEP: f64 = TAU / 131_072.0 / 100.0;
+const LINK_STEP: f64 = TAU / 1_048_576.0;
+const LINK_NOISE: f64 = 1.5e-5;
+const TORQUE_NOISE: f64 = 0.06;
+
+/// What a user would state of these sensors beside a run.
+pub(super) fn sensors() -> String {
+    format!(
+        "motor_position.resolution = {MOTOR_STEP}\njoint_position = {{ std = {LINK_NOISE}, resolution = {LINK_STEP} }}\nmotor_torque.std = {TORQUE_NOISE}\n"
+    )
+}
 
 /// A motion of the bench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,12 +59,10 @@ pub(super) fn run(model: &Robot, name: &str, program: Program) -> Result<Run, Cl
     let mut options = Options::new(&truth, duration, PERIOD);
     options.start = held_at(&robot, &sagged(&robot));
     options.quantities = vec![Quantity::MotorPosition, Quantity::MotorTorque, Quantity::JointPosition];
-    // Encoders of 17 bit on the motors (gear 100) and noisy ones of 20 bit on the links.
-    let turn = core::f64::consts::TAU;
     options.noise = Noise::default()
-        .with(Quantity::MotorPosition, 0.0, turn / 131_072.0 / 100.0)
-        .with(Quantity::JointPosition, 1.5e-5, turn / 1_048_576.0)
-        .with(Quantity::MotorTorque, 0.06, 0.0);
+        .with(Quantity::MotorPosition, 0.0, MOTOR_STEP)
+        .with(Quantity::JointPosition, LINK_NOISE, LINK_STEP)
+        .with(Quantity::MotorTorque, TORQUE_NOISE, 0.0);
     options.seed = SEED + program as u64;
     let mut run = simulate(&truth, &truth.parameters(), &mut controller, &options)?.run;
     name.clone_into(&mut run.name);
