@@ -11,9 +11,29 @@ fn main() {
     let (_, d) = judge(&arm, &case, &Default::default()).unwrap();
     println!("{:?} → {}", case.hidden, d.verdict);
     for c in &d.candidates {
-        println!("{}@{} P {:.2} z {:.1} expl {:.2} {:?}", c.effect, c.place, c.probability, c.z, c.error_explained, c.rivals.iter().map(|r| format!("{}@{} {:.2}", r.effect, r.place, r.probability)).collect::<Vec<_>>());
-        for p in &c.values { println!("    {} {:.6} ± {:.6} {}", p.name, p.value, p.std, p.unit); }
+        println!(
+            "{}@{} P {:.2} z {:.1} expl {:.2} {:?}",
+            c.effect,
+            c.place,
+            c.probability,
+            c.z,
+            c.error_explained,
+            c.rivals
+                .iter()
+                .map(|r| format!("{}@{} {:.2}", r.effect, r.place, r.probability))
+                .collect::<Vec<_>>()
+        );
+        for p in &c.values {
+            println!("    {} {:.6} ± {:.6} {}", p.name, p.value, p.std, p.unit);
+        }
     }
-    for c in &d.channels { println!("{} {} E {:.5} P {:.2} D {:.2}", c.signal, c.joint, c.unseen_error, c.predictable_remainder, c.distance_to_floor); }
-    for r in &d.refusals { println!("refused {} step {}: {}", r.candidate, r.step, r.reason); }
+    for c in &d.channels {
+        println!(
+            "{} {} E {:.5} P {:.2} D {:.2}",
+            c.signal, c.joint, c.unseen_error, c.predictable_remainder, c.distance_to_floor
+        );
+    }
+    for r in &d.refusals {
+        println!("refused {} step {}: {}", r.candidate, r.step, r.reason);
+    }
 }

@@ -2,6 +2,8 @@
 //! prints its table.
 
 mod hidden;
+#[cfg(doctest)]
+mod readme;
 mod robots;
 mod suite;
 

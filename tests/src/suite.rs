@@ -124,7 +124,7 @@ fn fourier(arm: &Arm, seed: u64) -> Trajectory {
     let limits = Limits { amplitude: arm.amplitude, speed: arm.speed };
     let motion = |dof: u64| {
         let excitation = Excitation::fourier(seed * 10 + dof, 5, 8.0, limits);
-        Motion::one(0.1, 10.0, excitation)
+        Motion::one(0.1, 9.0, excitation)
     };
     Trajectory { joints: (0..arm.robot.model.nv as u64).map(motion).collect() }
 }
@@ -138,10 +138,10 @@ fn strokes(arm: &Arm, seed: u64) -> Trajectory {
         Motion {
             centre: -0.2,
             parts: vec![
-                (4.0, Excitation::strokes(slow)),
-                (2.0, Excitation::reversals(1.5 + 0.4 * dof as f64, small)),
-                (3.0, Excitation::chirp(2.0, 14.0, fast)),
-                (4.0, Excitation::steps(seed * 10 + dof, 4, 0.3, wide)),
+                (3.5, Excitation::strokes(slow)),
+                (1.5, Excitation::reversals(1.5 + 0.4 * dof as f64, small)),
+                (2.5, Excitation::chirp(2.0, 14.0, fast)),
+                (3.0, Excitation::steps(seed * 10 + dof, 4, 0.3, wide)),
             ],
         }
     };

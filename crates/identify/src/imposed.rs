@@ -1,14 +1,17 @@
 //! The imposed residual's prediction: the measured motor motion goes in, every other sensor comes out.
 
-use sinew_effect::{Actuation, Kind, Relaxation, Sensor};
+use sinew_effect::{Actuation, Kind, Reading, Relaxation, Sensor};
 use sinew_model::Scalar;
 use sinew_plant::{Dynamics, ImposedOut, LinkState, MotorMotion, Plant};
 use sinew_rigid::{Bodies, Scratch, inertias, mass_matrix_with};
 
-use crate::record::{Channel, Record};
+use crate::record::{Channel, Record, START};
 
 // A spring is simulated while its mode turns by less than this in a grid step; a stiffer one follows its load.
 const FASTEST_TURN: f64 = 0.7;
+
+// ω of the lead at the start, rad/s.
+const LEAD: f64 = 60.0;
 
 /// The degrees of freedom that move with their motor in this plant: rigid ones, and springs too stiff for the grid.
 pub(crate) fn imposed_dofs(plant: &Plant, p: &[f64], record: &Record) -> Vec<bool> {
@@ -168,6 +171,7 @@ struct Walk<'a, S> {
     stage: LinkState<S>,
     acceleration: Vec<S>,
     out: ImposedOut<S>,
+    encoder: Vec<Reading<S>>,
     actuation: Vec<Actuation<S>>,
     relax: Vec<Relaxation<S>>,
     relax_next: Vec<Relaxation<S>>,
@@ -177,8 +181,10 @@ impl<'a, S: Kind> Walk<'a, S> {
     fn new(plant: &'a Plant, p: &[S], record: &'a Record, imposed: &'a [bool]) -> Self {
         let nv = plant.model().nv;
         let x = LinkState::zero(plant);
+        let dynamics = Dynamics::new(plant, p);
         let mut walk = Self {
-            dynamics: Dynamics::new(plant, p),
+            encoder: dynamics.reading(Sensor::JointPosition),
+            dynamics,
             record,
             imposed,
             any_free: imposed.iter().any(|&i| !i),
@@ -266,6 +272,7 @@ impl<'a, S: Kind> Walk<'a, S> {
         let nv = self.imposed.len();
         let free: Vec<usize> = (0..nv).filter(|&i| !self.imposed[i]).collect();
         let (q0, v0) = (self.x.q.clone(), self.x.qd.clone());
+        self.lead(k, 0.0, h);
         let a1 = self.out.qdd.clone();
         let mut dq = vec![S::ZERO; nv];
         let mut dv = a1.clone();
@@ -285,6 +292,7 @@ impl<'a, S: Kind> Walk<'a, S> {
             }
             let motor = MotorMotion { acceleration: &self.acceleration, imposed: self.imposed };
             self.dynamics.imposed_motion(&self.x, motor, &mut self.out);
+            self.lead(k, share, h);
             let weight = if stage == 3 { 1.0 } else { 2.0 };
             for &i in &free {
                 v_stage[i] = self.x.qd[i];
@@ -299,7 +307,36 @@ impl<'a, S: Kind> Walk<'a, S> {
         }
     }
 
-    // The motor between two grid steps: the cubic through positions and velocities of both ends.
+    // The start of a spring is not known: for a moment its link is led to where its encoder saw it, or damped if it has
+    // none, by a gain that fades away.
+    //
+    // q̈ ← q̈ + s (ω²(q_m − q) + 2ω(q̇_m − q̇)),   s = (1 − t/T)²
+    fn lead(&mut self, k: usize, share: f64, h: f64) {
+        let time = (k as f64 + share) * h;
+        if time >= START {
+            return;
+        }
+        let fade = (1.0 - time / START).powi(2);
+        for i in (0..self.imposed.len()).filter(|&i| !self.imposed[i]) {
+            let Some([q, qd]) = self.seen(i, k, share) else {
+                self.out.qdd[i] += (self.x.thetad[i] - self.x.qd[i]) * (2.0 * LEAD * fade);
+                continue;
+            };
+            // The encoder's own offset and lateness are taken out.
+            let encoder = self.encoder[i];
+            let true_q = (S::constant(q) - encoder.offset) / encoder.gain + encoder.delay * qd;
+            let pull = (true_q - self.x.q[i]) * (LEAD * LEAD) - (self.x.qd[i] - qd) * (2.0 * LEAD);
+            self.out.qdd[i] += pull * fade;
+        }
+    }
+
+    fn seen(&self, dof: usize, k: usize, share: f64) -> Option<[f64; 2]> {
+        let start = self.record.start[dof].as_ref()?;
+        let (a, b) = (start.get(k)?, start.get(k + 1)?);
+        Some([a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])])
+    }
+
+    // The motor between two grid steps: the sample there, or the cubic through positions and velocities of both ends.
     fn motor_between(&mut self, k: usize, share: f64, h: f64) {
         if share == 1.0 {
             return self.set_motor(k + 1);
@@ -309,9 +346,17 @@ impl<'a, S: Kind> Walk<'a, S> {
             let (p0, p1) = (r.theta[i][k], r.theta[i][k + 1]);
             let (v0, v1) = (r.thetad[i][k], r.thetad[i][k + 1]);
             let (a0, a1) = (r.thetadd[i][k], r.thetadd[i][k + 1]);
-            self.x.theta[i] = S::constant(0.5 * (p0 + p1) + 0.125 * h * (v0 - v1));
-            self.x.thetad[i] = S::constant(1.5 * (p1 - p0) / h - 0.25 * (v0 + v1));
-            self.acceleration[i] = S::constant(0.5 * (a0 + a1));
+            let [position, velocity, acceleration] = match &r.middle {
+                Some([p, v, a]) => [p[i][k], v[i][k], a[i][k]],
+                None => [
+                    0.5 * (p0 + p1) + 0.125 * h * (v0 - v1),
+                    1.5 * (p1 - p0) / h - 0.25 * (v0 + v1),
+                    0.5 * (a0 + a1),
+                ],
+            };
+            self.x.theta[i] = S::constant(position);
+            self.x.thetad[i] = S::constant(velocity);
+            self.acceleration[i] = S::constant(acceleration);
             if self.imposed[i] {
                 (self.x.q[i], self.x.qd[i]) = (self.x.theta[i], self.x.thetad[i]);
             }

@@ -132,6 +132,9 @@ pub(crate) fn objective(whitened: &[f64], model: &Candidate) -> f64 {
     dot(whitened, whitened) + model.penalty()
 }
 
+// A step that lowers the objective by a smaller share leaves the derivatives as they are.
+const RELINEARISE: f64 = 0.002;
+
 /// Levenberg–Marquardt on all unknowns. Returns the linearisation at the end.
 pub(crate) fn refine(
     problem: &Problem,
@@ -155,7 +158,11 @@ pub(crate) fn refine(
             let gain = best - now;
             best = now;
             damping /= 8.0;
-            at = model.linearise(problem);
+            if gain > RELINEARISE * best {
+                at = model.linearise(problem);
+            } else {
+                at.residual = residual;
+            }
             if gain < 0.05 + 1e-5 * best {
                 break;
             }

@@ -35,6 +35,9 @@ impl Channel {
     }
 }
 
+/// Time in which a simulated spring is led to the measured motion of its link, or damped, s.
+pub(crate) const START: f64 = 0.6;
+
 /// A run on the grid of the analysis. Outer index: degree of freedom or channel; inner: grid step.
 #[derive(Debug, Clone)]
 pub(crate) struct Record {
@@ -46,6 +49,10 @@ pub(crate) struct Record {
     pub theta: Vec<Vec<f64>>,
     pub thetad: Vec<Vec<f64>>,
     pub thetadd: Vec<Vec<f64>>,
+    /// Position, velocity, acceleration halfway to the next grid step, where the log has samples there.
+    pub middle: Option<[Vec<Vec<f64>>; 3]>,
+    /// Measured link position and velocity of the first steps, where there is a link encoder.
+    pub start: Vec<Option<Vec<[f64; 2]>>>,
     /// The velocity seen through the wider kernel.
     pub thetad_wide: Vec<Vec<f64>>,
     /// Measured channels, smoothed like the motion.
@@ -145,22 +152,35 @@ impl Record {
         let steps = time.len();
         let (mut theta, mut thetad, mut thetadd, mut thetad_wide, mut position_noise) =
             (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let mut middle: [Vec<Vec<f64>>; 3] = Default::default();
+        // Samples halfway between grid steps exist where the stride is even.
+        let half = trim + scales.stride / 2;
+        let between = |x: &[f64]| -> Vec<f64> {
+            x[half..x.len() - trim].iter().step_by(scales.stride).copied().collect()
+        };
         for (dof, quantity) in sensors.imposed.iter().enumerate() {
             let Some(signal) = quantity.and_then(|q| run.signal(q, model.dof_name(dof))) else {
                 for series in [&mut theta, &mut thetad, &mut thetadd, &mut thetad_wide] {
                     series.push(vec![0.0; steps]);
                 }
+                middle.iter_mut().for_each(|m| m.push(vec![0.0; steps]));
                 position_noise.push(0.0);
                 continue;
             };
             let x = resample(&run.time, &signal.values, &grid);
-            theta.push(thin(smooth.value(&x), trim));
-            thetad.push(thin(smooth.rate(&x), trim));
-            thetadd.push(thin(smooth.second_rate(&x), trim));
+            let motion = [smooth.value(&x), smooth.rate(&x), smooth.second_rate(&x)];
+            for (m, series) in middle.iter_mut().zip(&motion) {
+                m.push(between(series));
+            }
+            for (grid, series) in [&mut theta, &mut thetad, &mut thetadd].into_iter().zip(motion) {
+                grid.push(thin(series, trim));
+            }
             thetad_wide.push(thin(wide.rate(&x), 0));
             position_noise.push(instrument_noise(signal));
         }
         let (mut measured, mut noise) = (Vec::new(), Vec::new());
+        let mut start = vec![None; model.nv];
+        let first = ((START / scales.step()).round() as usize).min(steps);
         for channel in &sensors.channels {
             let signal = channel_signal(robot, run, channel);
             let values = match channel.sensor {
@@ -169,6 +189,11 @@ impl Record {
             };
             let x = resample(&run.time, &values, &grid);
             measured.push(thin(smooth.value(&x), trim));
+            if channel.sensor == Sensor::JointPosition {
+                let rate = thin(smooth.rate(&x), trim);
+                let last = &measured[measured.len() - 1];
+                start[channel.dof] = Some((0..first).map(|k| [last[k], rate[k]]).collect());
+            }
             noise.push(instrument_noise(&signal));
         }
         Ok(Self {
@@ -178,6 +203,8 @@ impl Record {
             theta,
             thetad,
             thetadd,
+            start,
+            middle: scales.stride.is_multiple_of(2).then_some(middle),
             thetad_wide,
             measured,
             noise,

@@ -77,12 +77,14 @@ pub(crate) fn refit(
             let gain = best - now;
             (best, white, at.residual) = (now, now_white, residual);
             damping /= 8.0;
-            if gain < 0.05 + 1e-6 * best {
+            if gain < 0.05 + 1e-5 * best {
                 break;
             }
-            // Far from the base its columns no longer hold.
+            // Far from the base its columns no longer hold; near the minimum all of them do.
             let far = best < 0.7 * linearised;
-            at.columns = columns(problem, base, &model, &own, structural || far);
+            if far || structural || gain > 0.01 * best {
+                at.columns = columns(problem, base, &model, &own, structural || far);
+            }
             linearised = if far { best } else { linearised };
         } else {
             model.p = before;
@@ -92,7 +94,7 @@ pub(crate) fn refit(
             }
         }
     }
-    if best > base.objective - 0.5 * score.drop {
+    if score.drop > 30.0 && best > base.objective - 0.1 * score.drop {
         // A curved valley (a gain scales every other parameter): plain Gauss–Newton steps run along it.
         let (start, kept) = (started(problem, &base.model, trial, score)?.0.p, model.p.clone());
         model.p = start;

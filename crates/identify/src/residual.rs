@@ -243,15 +243,20 @@ fn with_position_noise(record: &Record, nv: usize, seed: u64) -> Record {
                 std * (-2.0 * a.ln()).sqrt() * (2.0 * std::f64::consts::PI * b).cos()
             })
             .collect();
-        for (series, noise) in [
-            (&mut noisy.theta[dof], smoother.value(&raw)),
-            (&mut noisy.thetad[dof], smoother.rate(&raw)),
-            (&mut noisy.thetadd[dof], smoother.second_rate(&raw)),
-        ] {
-            for (x, n) in series.iter_mut().zip(noise.iter().step_by(s.stride)) {
-                *x += n;
-            }
+        let shaken = [smoother.value(&raw), smoother.rate(&raw), smoother.second_rate(&raw)];
+        let series = [&mut noisy.theta[dof], &mut noisy.thetad[dof], &mut noisy.thetadd[dof]];
+        for (series, noise) in series.into_iter().zip(&shaken) {
+            add(series, noise.iter().step_by(s.stride));
+        }
+        for (series, noise) in noisy.middle.iter_mut().flatten().zip(&shaken) {
+            add(&mut series[dof], noise.iter().skip(s.stride / 2).step_by(s.stride));
         }
     }
     noisy
+}
+
+fn add<'n>(series: &mut [f64], noise: impl Iterator<Item = &'n f64>) {
+    for (x, n) in series.iter_mut().zip(noise) {
+        *x += n;
+    }
 }

@@ -105,7 +105,7 @@ impl<'a> Search<'a> {
         let columns = all_columns(self.problem, &model, &at.residual, &trials);
         let flat: Vec<Vec<f64>> = columns.iter().flatten().flatten().cloned().collect();
         let whitener = self.noise(&model, &at.residual, &[&at.columns, &flat]);
-        let at = refine(self.problem, &mut model, &whitener, 3);
+        let at = refine(self.problem, &mut model, &whitener, 6);
         let white = whitener.apply(layout, &at.residual);
         let objective = crate::problem::objective(&white, &model);
         Ok(State { fitted: Fitted { model, at, white, objective }, whitener, accepted, trials, columns })
@@ -281,6 +281,30 @@ impl<'a> Search<'a> {
         Some((chosen, rivals))
     }
 
+    // Parameters that were bent to imitate the effect may not find back: a second descent from the stated values.
+    fn restart(&self, model: &mut Candidate, at: &mut crate::problem::Linearised, whitener: &Whitener) {
+        let layout = self.problem.form.layout();
+        let value = |model: &Candidate, residual: &[f64]| {
+            crate::problem::objective(&whitener.apply(layout, residual), model)
+        };
+        let first = value(model, &at.residual);
+        if first < MISFIT * layout.keep.iter().filter(|k| **k).count() as f64 {
+            return;
+        }
+        let kept = model.p.clone();
+        for u in &model.unknowns {
+            if let Some((mean, _)) = u.prior {
+                model.p[u.position] = mean;
+            }
+        }
+        let again = refine(self.problem, model, whitener, 10);
+        if value(model, &again.residual) < first {
+            *at = again;
+        } else {
+            model.p = kept;
+        }
+    }
+
     /// Accepts the chosen candidate, and with it others at other places whose columns do not overlap with it: a robot
     /// with friction missing in every joint needs one step, not one for each.
     pub fn accept(&self, state: &State, round: Round) -> Result<Option<State>, IdentifyError> {
@@ -308,10 +332,14 @@ impl<'a> Search<'a> {
             entry.effect = model.specs.len() - 1;
             accepted.push(entry);
         }
-        let at = refine(self.problem, &mut model, &state.whitener, 3);
+        let mut at = refine(self.problem, &mut model, &state.whitener, 10);
+        self.restart(&mut model, &mut at, &state.whitener);
         self.settled(model, at, accepted).map(Some)
     }
 }
+
+// Mean square of the whitened rows above which a fit may have ended in a wrong valley.
+const MISFIT: f64 = 4.0;
 
 // Two changes of the residual overlap by less than this cosine if they concern different joints.
 const OVERLAP: f64 = 0.3;
