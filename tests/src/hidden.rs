@@ -63,7 +63,7 @@ pub fn hidden_effects(arm: &Arm, dof: usize) -> Vec<Hidden> {
     at_joint("torque_constant_error", &[("scale_error", 0.2)]);
     at_joint("actuator_lag", &[("time", 0.004)]);
     at_joint("actuator_delay", &[("time", 0.005)]);
-    at_joint("torque_sensor_offset", &[("offset", 1.2 * f)]);
+    at_joint("torque_sensor_offset", &[("offset", 2.0 * f)]);
     at_joint("position_sensor_offset", &[("offset", 3e-3)]);
     at_joint("position_sensor_scale", &[("scale_error", 0.01)]);
     at_joint("time_skew", &[("time", 0.008)]);

@@ -13,7 +13,7 @@ use crate::record::{Record, Sensors};
 use crate::report::Finding;
 use crate::residual::Imposed;
 use crate::scale::Scales;
-use crate::search::{Search, State};
+use crate::search::{Search, std};
 use crate::verdict::rms;
 use crate::views::findings;
 use crate::{IdentifyError, Options};
@@ -104,17 +104,12 @@ pub fn compare(
     let form = prepared.form(robot);
     let problem = Problem { robot, catalogue, form: &form, options };
     let search = Search::new(&problem, &prepared.records, &prepared.sensors);
-    let base = search.base(prepared.base_specs(robot, catalogue))?;
-    let floors: Vec<f64> = base.whitener.channels.iter().map(|c| c.floor).collect();
-    Ok(as_given(&search, &base, &floors)?.0)
+    let floors = search.floors(prepared.base_specs(robot, catalogue))?;
+    Ok(as_given(&search, &floors)?.0)
 }
 
 /// The comparison of the model as given, and its residual rows.
-pub(crate) fn as_given(
-    search: &Search,
-    base: &State,
-    floors: &[f64],
-) -> Result<(Comparison, Vec<f64>), IdentifyError> {
+pub(crate) fn as_given(search: &Search, floors: &[f64]) -> Result<(Comparison, Vec<f64>), IdentifyError> {
     let problem = search.problem;
     let model = Candidate::new(problem, problem.robot.all_effects())?;
     let residual = model.residual(problem);
@@ -122,7 +117,7 @@ pub(crate) fn as_given(
         signals: signals(search, &residual, floors),
         runs: run_errors(search, &residual, floors),
         rms_error: total(search, &residual, floors),
-        findings: findings(search, &residual, floors, &base.whitener),
+        findings: findings(search, &residual, floors),
         traces: traces(search, &model),
     };
     Ok((comparison, residual))
@@ -174,7 +169,8 @@ pub(crate) fn signals(search: &Search, residual: &[f64], floors: &[f64]) -> Vec<
         .enumerate()
         .map(|(c, channel)| {
             let rms_error = rms(rows_of(layout, c).map(|k| residual[k]));
-            let rms_measured = search.channel_std[c];
+            let values: Vec<f64> = search.records.iter().flat_map(|r| r.rows(&r.measured[c])).collect();
+            let rms_measured = std(&values);
             SignalError {
                 signal: channel.signal().to_owned(),
                 joint: model.dof_name(channel.dof).to_owned(),

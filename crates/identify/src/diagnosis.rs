@@ -119,7 +119,7 @@ pub fn diagnose(
     let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);
     let base = search.base(prepared.base_specs(robot, catalogue))?;
     let floors: Vec<f64> = base.whitener.channels.iter().map(|c| c.floor).collect();
-    let findings = as_given(&search, &base, &floors)?.0.findings;
+    let findings = as_given(&search, &floors)?.0.findings;
     let explored = explore(&mut search, base, None)?;
     Ok(report(&search, &explored, findings, scope(robot, &prepared.sensors, runs)))
 }
@@ -132,6 +132,7 @@ pub(crate) fn report(
     scope: String,
 ) -> Diagnosis {
     let state = &explored.state;
+    let findings = clocks(search, state).into_iter().chain(findings).collect();
     let channels = channels(search, state);
     let mut verdict = word(&channels, state.accepted.len());
     let unfinished = matches!(verdict, Verdict::PartlyExplained | Verdict::Unexplained);
@@ -159,6 +160,36 @@ pub(crate) fn report(
         refusals: search.refusals.clone(),
     }
 }
+
+// Two encoders of one joint that are not read at the same instant: told before anything else.
+fn clocks(search: &Search, state: &State) -> Vec<Finding> {
+    let reports = parameters(search, state, widening(search, state));
+    let period = search.records.iter().map(|r| r.scales.period).fold(0.0, f64::max);
+    reports
+        .into_iter()
+        .filter(|(effect, r)| {
+            let skew = state.fitted.model.specs[*effect].kind == "time_skew";
+            skew && r.value.abs() > CLOCK_SHARE * period && r.value.abs() > 4.0 * r.std
+        })
+        .map(|(effect, r)| {
+            let joint = state.fitted.model.specs[effect].place.to_string();
+            let (late, size) = (if r.value > 0.0 { "after" } else { "before" }, 1e3 * r.value.abs());
+            Finding {
+                statement: format!(
+                    "{joint}, joint position: read {size:.2} ± {:.2} ms {late} the motor's",
+                    1e3 * r.std
+                ),
+                joint,
+                signal: "joint_position".to_owned(),
+                regime: "clock".to_owned(),
+                share: 1.0,
+            }
+        })
+        .collect()
+}
+
+// A clock error is told if it is this share of a sample period.
+const CLOCK_SHARE: f64 = 0.3;
 
 fn candidate(search: &Search, state: &State, entry: &Entry, unfinished: bool) -> CandidateReport {
     let before = state.accepted.iter().take_while(|a| a.trial.label() != entry.trial.label());

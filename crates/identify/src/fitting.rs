@@ -144,7 +144,7 @@ fn work(
     let unseen_search = Search::new(&unseen_problem, &unseen_runs.records, &unseen_runs.sensors);
     let unseen = (!check.is_empty()).then_some(Unseen { search: &unseen_search });
     let first_floors: Vec<f64> = base.whitener.channels.iter().map(|c| c.floor).collect();
-    let (given, given_residual) = as_given(&search, &base, &first_floors)?;
+    let (given, given_residual) = as_given(&search, &first_floors)?;
     let given_unseen = match &unseen {
         Some(u) => Some(u.residual(&crate::problem::Candidate::new(&problem, robot.all_effects())?)),
         None => None,
@@ -185,7 +185,7 @@ fn finished(
     warnings.extend(pulls(state));
     let stds = standard_deviations(search, state, wide);
     let moved = |effect: usize| {
-        model.unknowns.iter().any(|u| u.id.effect == effect && u.pull(model.p[u.position]) > 0.0025)
+        model.unknowns.iter().any(|u| u.id.effect == effect && u.pull(model.p[u.position]) > 0.0)
     };
     let specs = model.present_specs(stds.as_deref()).into_iter().enumerate();
     let specs = specs.filter(|(k, _)| told(*k) || moved(*k)).map(|(_, spec)| spec).collect();

@@ -132,8 +132,11 @@ pub(crate) fn objective(whitened: &[f64], model: &Candidate) -> f64 {
     dot(whitened, whitened) + model.penalty()
 }
 
-// A step that lowers the objective by a smaller share leaves the derivatives as they are.
+// A step that lowers the objective by a smaller share leaves the derivatives as they are; with many unknowns, mostly
+// linear ones, new derivatives are dear and change little.
 const RELINEARISE: f64 = 0.002;
+const RELINEARISE_MANY: f64 = 0.05;
+pub(crate) const MANY: usize = 60;
 
 /// Levenberg–Marquardt on all unknowns. Returns the linearisation at the end.
 pub(crate) fn refine(
@@ -146,6 +149,7 @@ pub(crate) fn refine(
     let mut at = model.linearise(problem);
     let mut best = objective(&whitener.apply(layout, &at.residual), model);
     let mut damping = 0.0;
+    let relinearise = if model.unknowns.len() > MANY { RELINEARISE_MANY } else { RELINEARISE };
     for _ in 0..iterations {
         let Some(equations) = Equations::new(whitener, problem, model, &at, damping) else { break };
         let before = model.p.clone();
@@ -158,7 +162,7 @@ pub(crate) fn refine(
             let gain = best - now;
             best = now;
             damping /= 8.0;
-            if gain > RELINEARISE * best {
+            if gain > relinearise * best {
                 at = model.linearise(problem);
             } else {
                 at.residual = residual;

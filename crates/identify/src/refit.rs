@@ -3,7 +3,7 @@
 use crate::colour::Whitener;
 use crate::gates::{Evidence, Pair};
 use crate::least_squares::{Normal, cross, dot, matrix};
-use crate::problem::{Candidate, Equations, Linearised, Problem, objective};
+use crate::problem::{Candidate, Equations, Linearised, MANY, Problem, objective};
 use crate::residual::Layout;
 use crate::screen::Score;
 use crate::trial::{How, Trial};
@@ -81,7 +81,7 @@ pub(crate) fn refit(
                 break;
             }
             // Far from the base its columns no longer hold; near the minimum all of them do.
-            let far = best < 0.7 * linearised;
+            let far = best < 0.7 * linearised && model.unknowns.len() <= MANY;
             if far || structural || gain > 0.01 * best {
                 at.columns = columns(problem, base, &model, &own, structural || far);
             }
@@ -94,7 +94,8 @@ pub(crate) fn refit(
             }
         }
     }
-    if score.drop > 30.0 && best > base.objective - 0.1 * score.drop {
+    let structural_rival = trial.card.rivals.iter().any(|r| r.structural);
+    if structural_rival && score.drop > 30.0 && best > base.objective - 0.1 * score.drop {
         // A curved valley (a gain scales every other parameter): plain Gauss–Newton steps run along it.
         let (start, kept) = (started(problem, &base.model, trial, score)?.0.p, model.p.clone());
         model.p = start;

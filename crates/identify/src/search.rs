@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use sinew_effect::Sensor;
 use sinew_model::EffectSpec;
 
 use crate::IdentifyError;
@@ -9,7 +10,7 @@ use crate::colour::{Whitener, rows_of};
 use crate::features::random_features;
 use crate::gates::z_between;
 use crate::problem::{Candidate, Equations, Problem, refine};
-use crate::record::{Record, Sensors};
+use crate::record::{Channel, Record, Sensors};
 use crate::refit::{Fitted, Refit, refit};
 use crate::report::Refusal;
 use crate::screen::{Score, Screen, all_columns};
@@ -74,6 +75,25 @@ impl<'a> Search<'a> {
 
     /// The base fit: every parameter within its tolerance, and the noise it leaves.
     pub fn base(&self, specs: Vec<EffectSpec>) -> Result<State, IdentifyError> {
+        let (model, at) = self.fitted(specs, 12)?;
+        self.settled(model, at, Vec::new())
+    }
+
+    /// The reachable floor of every channel: what a fit of everything the catalogue offers would leave.
+    pub fn floors(&self, specs: Vec<EffectSpec>) -> Result<Vec<f64>, IdentifyError> {
+        let (model, at) = self.fitted(specs, 5)?;
+        let trials = self.offered(&model, &at.residual);
+        let columns = all_columns(self.problem, &model, &at.residual, &trials);
+        let flat: Vec<Vec<f64>> = columns.into_iter().flatten().flatten().collect();
+        let whitener = self.noise(&model, &at.residual, &[&at.columns, &flat]);
+        Ok(whitener.channels.iter().map(|c| c.floor).collect())
+    }
+
+    fn fitted(
+        &self,
+        specs: Vec<EffectSpec>,
+        iterations: usize,
+    ) -> Result<(Candidate, crate::problem::Linearised), IdentifyError> {
         let mut model = Candidate::new(self.problem, specs)?;
         let at = model.linearise(self.problem);
         let layout = self.problem.form.layout();
@@ -89,8 +109,8 @@ impl<'a> Search<'a> {
         let whitener = self.noise(&model, &at.residual, &[&at.columns]);
         let white = whitener.apply_all(layout, &at.columns);
         model.keep_excited(&white, |_| false);
-        let at = refine(self.problem, &mut model, &whitener, 12);
-        self.settled(model, at, Vec::new())
+        let at = refine(self.problem, &mut model, &whitener, iterations);
+        Ok((model, at))
     }
 
     /// Noise from a saturated regression over all candidates, and a last refinement under it.
@@ -176,24 +196,6 @@ impl<'a> Search<'a> {
                     self.refuse(&refit.trial, step, reason.clone());
                     failed.push(refit);
                 }
-            }
-        }
-        if std::env::var("SINEW_TRACE").is_ok() {
-            for r in passed.iter().chain(&failed) {
-                eprintln!(
-                    "{step} {} obj {:.1} base {:.1} data {:.1} tension {:.1} z {:.1} cv {:.1} share {:.4} mat {:.2} temper {:.1} {:?}",
-                    r.trial.label(),
-                    r.fitted.objective,
-                    fitted.objective,
-                    r.evidence.data,
-                    r.evidence.tension,
-                    r.evidence.z,
-                    r.evidence.held_out,
-                    r.evidence.share,
-                    r.evidence.material,
-                    r.evidence.temper,
-                    r.refused
-                );
             }
         }
         for list in [&mut passed, &mut failed] {
@@ -390,15 +392,27 @@ fn appended(
     Ok(extended)
 }
 
-/// Standard deviation of each measured channel over all rows.
+/// Standard deviation of each channel over all rows; of a link encoder beside a motor's, that of the deflection.
 fn channel_std(problem: &Problem, records: &[Record]) -> Vec<f64> {
-    let layout = problem.form.layout();
-    (0..layout.channels.len())
-        .map(|c| {
-            let values: Vec<f64> = records.iter().flat_map(|r| r.rows(&r.measured[c])).collect();
-            let n = values.len().max(1) as f64;
-            let mean = values.iter().sum::<f64>() / n;
-            (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt().max(1e-300)
-        })
-        .collect()
+    let channels = &problem.form.layout().channels;
+    let of = |(c, channel): (usize, &Channel)| {
+        let values = records.iter().flat_map(|r| {
+            let series = match channel.sensor {
+                Sensor::JointPosition => {
+                    r.measured[c].iter().zip(&r.theta[channel.dof]).map(|(q, theta)| q - theta).collect()
+                }
+                _ => r.measured[c].clone(),
+            };
+            r.rows(&series)
+        });
+        std(&values.collect::<Vec<_>>())
+    };
+    channels.iter().enumerate().map(of).collect()
+}
+
+/// Standard deviation about the mean, never quite zero.
+pub(crate) fn std(values: &[f64]) -> f64 {
+    let n = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt().max(1e-300)
 }

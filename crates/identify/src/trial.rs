@@ -222,6 +222,8 @@ impl Offer<'_> {
                 .filter(|(d, _)| Some(*d) == dof)
                 .map(|&(_, n)| (set(&plain, last, n), strengths.clone(), false))
                 .collect(),
+            // A slow log without link encoder holds no antiresonance.
+            Screening::Resonance { .. } if !self.shows_springs(dof) => Vec::new(),
             Screening::Resonance { hertz } => dof.map_or_else(Vec::new, |d| {
                 let inertia = self.apparent_inertia(d);
                 hertz
@@ -250,6 +252,12 @@ impl Offer<'_> {
         })
     }
 
+    fn shows_springs(&self, dof: Option<usize>) -> bool {
+        let encoder = |dof| Channel { sensor: Sensor::JointPosition, dof };
+        let fast = self.records.iter().all(|r| r.scales.period <= SLOWEST_SPRING_LOG);
+        fast || dof.is_some_and(|d| self.sensors.channels.contains(&encoder(d)))
+    }
+
     fn top_speed(&self, dof: usize) -> f64 {
         self.records.iter().flat_map(|r| &r.thetad[dof]).fold(0.0, |m, v| m.max(v.abs()))
     }
@@ -272,6 +280,8 @@ impl Offer<'_> {
     }
 }
 
+// Sample period beyond which a motor-side log alone shows no spring, s.
+const SLOWEST_SPRING_LOG: f64 = 0.005;
 // Periods a turn that the scan tries.
 const MOST_PERIODS: usize = 140;
 

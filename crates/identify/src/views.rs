@@ -1,6 +1,6 @@
 //! Where a model fails: conditional means of its residual, in sentences. Views, not causes.
 
-use crate::colour::{Whitener, rows_of};
+use crate::colour::rows_of;
 use crate::report::Finding;
 use crate::search::Search;
 
@@ -20,12 +20,7 @@ struct View {
 }
 
 /// At most three sentences for each channel above its floor, the largest share first.
-pub(crate) fn findings(
-    search: &Search,
-    residual: &[f64],
-    floors: &[f64],
-    _whitener: &Whitener,
-) -> Vec<Finding> {
+pub(crate) fn findings(search: &Search, residual: &[f64], floors: &[f64]) -> Vec<Finding> {
     let layout = search.problem.form.layout();
     let robot = &search.problem.robot.model;
     let mut found = Vec::new();

@@ -99,12 +99,17 @@ impl Active {
 
 fn site(model: &Model, spec: &EffectSpec, kind: PlaceKind) -> Result<Site, PlantError> {
     let needs = |what: &str| {
-        wrong_place(spec, format!("acts at {what}"), format!("write `{} = \"…\"` in its table", what.trim_start_matches("a ")))
+        wrong_place(
+            spec,
+            format!("acts at {what}"),
+            format!("write `{} = \"…\"` in its table", what.trim_start_matches("a ")),
+        )
     };
     match (kind, &spec.place) {
         (PlaceKind::Joint, Place::Joint(name)) => model.require_dof(name).map(Site::Dof).map_err(|e| {
             let text = e.to_string();
-            let (reason, help) = text.split_once("\n  help: ").unwrap_or((&text, "name a joint of the robot"));
+            let (reason, help) =
+                text.split_once("\n  help: ").unwrap_or((&text, "name a joint of the robot"));
             wrong_place(spec, reason.to_owned(), help.to_owned())
         }),
         (PlaceKind::Link, Place::Link(name)) => model.link(name).map(Site::Link).ok_or_else(|| {

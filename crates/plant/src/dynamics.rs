@@ -136,7 +136,12 @@ impl<'a, S: Kind> Dynamics<'a, S> {
         coefficients: &'b Coefficients<S>,
         armature: &'b [S],
     ) -> Bodies<'b, S> {
-        Bodies { model: &plant.model, inertia: &coefficients.inertia, gravity: coefficients.gravity, armature }
+        Bodies {
+            model: &plant.model,
+            inertia: &coefficients.inertia,
+            gravity: coefficients.gravity,
+            armature,
+        }
     }
 
     // δ = dz(θ + shift − q),   δ̇ = θ̇ − q̇,   τ_j = K δ + D δ̇ + Σ effects;   only where `elastic`
@@ -231,7 +236,12 @@ impl<'a, S: Kind> Dynamics<'a, S> {
         }
     }
 
-    fn each(&self, x: &LinkState<S>, group: Group, mut ask: impl FnMut(&dyn sinew_effect::Effect, &[S], &At<S>)) {
+    fn each(
+        &self,
+        x: &LinkState<S>,
+        group: Group,
+        mut ask: impl FnMut(&dyn sinew_effect::Effect, &[S], &At<S>),
+    ) {
         let list = match group {
             Group::Deflection => &self.acting.deflection,
             Group::Spring => &self.acting.spring,

@@ -73,8 +73,7 @@ impl<S: Kind> Dynamics<'_, S> {
         }
         for i in 0..nv {
             let motor = tau_m[i] - self.tau_j[i] + self.motor_force[i];
-            out.thetadd[i] =
-                if plant.elastic[i] { motor / self.coefficients.rotor[i] } else { self.qdd[i] };
+            out.thetadd[i] = if plant.elastic[i] { motor / self.coefficients.rotor[i] } else { self.qdd[i] };
         }
         out.qdd.copy_from_slice(&self.qdd);
         out.tau_j.copy_from_slice(&self.tau_j);

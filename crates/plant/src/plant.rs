@@ -130,12 +130,18 @@ fn refuse_unsupported(robot: &Robot) -> Result<(), PlantError> {
     };
     if robot.model.nq != robot.model.nv {
         let what = "it has a floating base, which measured runs cannot describe".to_owned();
-        return Err(unsupported(what, "fix the base in the URDF; kinematics and rigid dynamics take floating bases"));
+        return Err(unsupported(
+            what,
+            "fix the base in the URDF; kinematics and rigid dynamics take floating bases",
+        ));
     }
     if let Some(bending) = robot.bending.first() {
         let link = &robot.model.links[bending.link.0].name;
         let what = format!("link \"{link}\" is said to bend, which this version does not compute");
-        return Err(unsupported(what, "remove [links.….bending], or lump the bending into the joint's stiffness"));
+        return Err(unsupported(
+            what,
+            "remove [links.….bending], or lump the bending into the joint's stiffness",
+        ));
     }
     Ok(())
 }

@@ -1,14 +1,23 @@
-//! Diagnoses one case of the suite and prints everything: ARM EFFECT SEED.
+//! Diagnoses one case of the suite and prints everything.
+//!
+//! ```text
+//! cargo run --release -p sinew-tests --example case -- 1|2 EFFECT|nothing SEED
+//! ```
+
 use sinew_tests::{Case, hidden_effects, judge, one_joint, two_joints};
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
+    let [_, _, _] = args.as_slice() else { return eprintln!("usage: case 1|2 EFFECT|nothing SEED") };
     let arm = if args[0] == "1" { one_joint() } else { two_joints() };
-    let seed: u64 = args[2].parse().unwrap();
+    let Ok(seed) = args[2].parse::<u64>() else { return eprintln!("SEED: a whole number") };
     let dof = seed as usize % arm.robot.model.nv;
     let all = hidden_effects(&arm, dof);
     let hidden = all.iter().find(|h| h.effect == args[1]);
     let case = Case::new(&arm, hidden, if hidden.is_some() { seed } else { 100_000 + seed });
-    let (_, d) = judge(&arm, &case, &Default::default()).unwrap();
+    let d = match judge(&arm, &case, &Default::default()) {
+        Ok((_, diagnosis)) => diagnosis,
+        Err(error) => return eprintln!("{error}"),
+    };
     println!("{:?} → {}", case.hidden, d.verdict);
     for c in &d.candidates {
         println!(

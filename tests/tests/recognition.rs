@@ -1,0 +1,54 @@
+//! The part of the recognition suite that runs in the gate; the whole is printed by
+//! `cargo run --release -p sinew-tests --example recognition`.
+
+use rayon::prelude::*;
+
+use sinew_identify::{Options, Verdict};
+use sinew_tests::{Case, hidden_effects, judge, null_case, one_joint};
+
+// One effect of each family and kind of screen, in one joint.
+const FIXED: [&str; 10] = [
+    "stribeck_friction",
+    "load_dependent_friction",
+    "backlash",
+    "cogging_torque",
+    "balancer_spring",
+    "actuator_delay",
+    "payload",
+    "coulomb_friction",
+    "joint_elasticity",
+    "rotor_inertia",
+];
+
+#[test]
+fn the_hidden_effect_is_named_first() {
+    let arm = one_joint();
+    let all = hidden_effects(&arm, 0);
+    let cases: Vec<Case> =
+        all.iter().filter(|h| FIXED.contains(&h.effect)).map(|h| Case::new(&arm, Some(h), 0)).collect();
+    assert_eq!(cases.len(), FIXED.len());
+    let right: Vec<bool> = cases
+        .par_iter()
+        .map(|case| {
+            let outcome = judge(&arm, case, &Options::default()).map(|(outcome, _)| outcome);
+            let right = outcome.as_ref().is_ok_and(|o| case.is_right(o));
+            println!("{:?}: {right} {outcome:?}", case.hidden);
+            right
+        })
+        .collect();
+    let count = right.iter().filter(|r| **r).count();
+    assert!(count >= 9, "{count} of {} named right", right.len());
+}
+
+#[test]
+fn nothing_is_named_where_nothing_is_hidden() {
+    let arm = one_joint();
+    let alarms = (0..3u64)
+        .into_par_iter()
+        .filter(|seed| {
+            let outcome = judge(&arm, &null_case(&arm, 100_000 + seed), &Options::default());
+            !outcome.is_ok_and(|(o, _)| o.verdict == Verdict::Adequate)
+        })
+        .count();
+    assert_eq!(alarms, 0);
+}
