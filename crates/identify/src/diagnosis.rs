@@ -138,6 +138,12 @@ pub(crate) fn report(
     let unfinished = matches!(verdict, Verdict::PartlyExplained | Verdict::Unexplained);
     let mut candidates: Vec<CandidateReport> =
         state.accepted.iter().map(|entry| candidate(search, state, entry, unfinished)).collect();
+    // A misfit this large on so few blocks: whatever is named rests on their chances.
+    let few = search.problem.form.layout().blocks < FEWEST_BLOCKS;
+    if few && widening(search, state).powi(2) > LARGEST_MISFIT {
+        candidates.iter_mut().for_each(|c| c.probability = c.probability.min(0.5));
+        verdict = Verdict::Undecidable;
+    }
     if !candidates.is_empty() && candidates.iter().all(|c| c.probability < 0.5) {
         verdict = Verdict::Undecidable;
     }
@@ -188,6 +194,9 @@ fn clocks(search: &Search, state: &State) -> Vec<Finding> {
         .collect()
 }
 
+// One-second blocks and mean square of the whitened residual beyond which a search can decide.
+const FEWEST_BLOCKS: usize = 15;
+const LARGEST_MISFIT: f64 = 10.0;
 // A clock error is told if it is this share of a sample period.
 const CLOCK_SHARE: f64 = 0.3;
 

@@ -8,6 +8,7 @@
 mod base;
 mod colour;
 mod comparison;
+mod descent;
 mod diagnosis;
 mod error;
 mod explore;

@@ -47,6 +47,13 @@ impl Candidate {
         self.unknowns.iter().map(|u| u.pull(self.p[u.position])).sum()
     }
 
+    /// Moves every unknown by its step, as far as its range and its prior let it.
+    pub fn step(&mut self, step: &[f64]) {
+        for (unknown, step) in self.unknowns.iter().zip(step) {
+            self.p[unknown.position] = unknown.moved(self.p[unknown.position], *step);
+        }
+    }
+
     pub fn residual(&self, problem: &Problem) -> Vec<f64> {
         problem.form.residual(&self.plant, &self.p)
     }
@@ -153,9 +160,7 @@ pub(crate) fn refine(
     for _ in 0..iterations {
         let Some(equations) = Equations::new(whitener, problem, model, &at, damping) else { break };
         let before = model.p.clone();
-        for (unknown, step) in model.unknowns.iter().zip(&equations.step) {
-            model.p[unknown.position] = unknown.moved(model.p[unknown.position], *step);
-        }
+        model.step(&equations.step);
         let residual = model.residual(problem);
         let now = objective(&whitener.apply(layout, &residual), model);
         if now.is_finite() && now < best {

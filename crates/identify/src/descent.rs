@@ -1,0 +1,203 @@
+//! The descent of a candidate from its screened strengths to its minimum.
+
+use crate::colour::Whitener;
+use crate::problem::{Candidate, Equations, Linearised, MANY, Problem, objective};
+use crate::refit::Fitted;
+use crate::screen::Score;
+use crate::trial::{How, Trial};
+use crate::unknowns::Unknown;
+
+/// A candidate on its way down. The base's columns stay as they are; the candidate's own are computed anew, and all of
+/// them where the candidate changes the structure or is far from the base.
+pub(crate) struct Descent<'a> {
+    problem: &'a Problem<'a>,
+    base: &'a Fitted,
+    whitener: &'a Whitener,
+    start: Vec<f64>,
+    structural: bool,
+    pub model: Candidate,
+    /// Which unknowns are the candidate's.
+    pub own: Vec<usize>,
+    /// True for a new effect, false for a release.
+    pub new: bool,
+    pub at: Linearised,
+    pub white: Vec<f64>,
+    /// The objective reached.
+    pub best: f64,
+}
+
+const ITERATIONS: usize = 8;
+const SHRINKS: usize = 4;
+const VALLEY_STEPS: usize = 6;
+
+impl<'a> Descent<'a> {
+    /// At the screened strengths.
+    pub fn new(
+        problem: &'a Problem<'a>,
+        base: &'a Fitted,
+        whitener: &'a Whitener,
+        trial: &Trial,
+        score: &Score,
+    ) -> Option<Self> {
+        let (model, own) = started(problem, &base.model, trial, score)?;
+        let new = matches!(&trial.how, How::New { .. });
+        let structural = new && model.plant.elastic() != base.model.plant.elastic();
+        let at = Linearised { residual: Vec::new(), columns: Vec::new() };
+        let (start, white) = (model.p.clone(), Vec::new());
+        let best = f64::INFINITY;
+        let mut descent =
+            Self { problem, base, whitener, start, structural, model, own, new, at, white, best };
+        descent.settle();
+        Some(descent)
+    }
+
+    // Takes the present parameters for the best.
+    fn settle(&mut self) {
+        (self.at.residual, self.white, self.best) = self.evaluate();
+    }
+
+    fn evaluate(&self) -> (Vec<f64>, Vec<f64>, f64) {
+        let residual = self.model.residual(self.problem);
+        let white = self.whitener.apply(self.problem.form.layout(), &residual);
+        let value = objective(&white, &self.model);
+        (residual, white, value)
+    }
+
+    /// Where the screen promised too much, goes towards absence until the base is beaten.
+    pub fn shrink(&mut self) {
+        for _ in 0..SHRINKS {
+            if self.best.is_finite() && self.best < self.base.objective {
+                return;
+            }
+            for &k in self.own.iter().filter(|&&k| self.new && !self.model.unknowns[k].shape) {
+                self.model.p[self.model.unknowns[k].position] *= 0.3;
+            }
+            self.settle();
+        }
+    }
+
+    /// Levenberg–Marquardt.
+    pub fn descend(&mut self) {
+        self.at.columns = self.columns(self.structural);
+        let mut linearised = self.best;
+        let mut damping = 0.0;
+        for _ in 0..ITERATIONS {
+            let equations = Equations::new(self.whitener, self.problem, &self.model, &self.at, damping);
+            let Some(equations) = equations else { return };
+            let before = self.model.p.clone();
+            self.model.step(&equations.step);
+            let (residual, white, now) = self.evaluate();
+            if !(now.is_finite() && now < self.best) {
+                self.model.p = before;
+                damping = if damping == 0.0 { 4e-3 } else { damping * 16.0 };
+                if damping > 10.0 {
+                    return;
+                }
+                continue;
+            }
+            let gain = self.best - now;
+            (self.at.residual, self.white, self.best) = (residual, white, now);
+            damping /= 8.0;
+            if gain < 0.05 + 1e-5 * self.best {
+                return;
+            }
+            // Far from the base its columns no longer hold; near the minimum all of them do.
+            let far = self.best < 0.7 * linearised && self.model.unknowns.len() <= MANY;
+            if far || self.structural || gain > 0.01 * self.best {
+                self.at.columns = self.columns(self.structural || far);
+            }
+            linearised = if far { self.best } else { linearised };
+        }
+    }
+
+    /// A curved valley (a gain scales every other parameter): plain Gauss–Newton steps from the screened strengths run
+    /// along it, whatever the objective says on the way. Kept if they end lower.
+    pub fn follow_valley(&mut self) {
+        let kept = std::mem::replace(&mut self.model.p, self.start.clone());
+        let arrived = (0..VALLEY_STEPS).all(|_| {
+            let at = self.model.linearise(self.problem);
+            let finite = at.residual.iter().chain(at.columns.iter().flatten()).all(|x| x.is_finite());
+            let equations =
+                finite.then(|| Equations::new(self.whitener, self.problem, &self.model, &at, 0.0)).flatten();
+            equations.is_some_and(|e| {
+                self.model.step(&e.step);
+                true
+            })
+        });
+        let (residual, white, now) = self.evaluate();
+        if arrived && now < self.best {
+            (self.at.residual, self.white, self.best) = (residual, white, now);
+            self.at.columns = self.columns(true);
+        } else {
+            self.model.p = kept;
+        }
+    }
+
+    fn columns(&self, all: bool) -> Vec<Vec<f64>> {
+        let (form, model) = (self.problem.form, &self.model);
+        if all {
+            let positions: Vec<usize> = model.unknowns.iter().map(|u| u.position).collect();
+            return form.columns(&model.plant, &model.p, &positions);
+        }
+        let mut columns = self.base.at.columns.clone();
+        let added = self.own.iter().filter(|&&k| k >= columns.len());
+        let positions: Vec<usize> = added.map(|&k| model.unknowns[k].position).collect();
+        columns.extend(form.columns(&model.plant, &model.p, &positions));
+        columns
+    }
+}
+
+// The extended model at the screened values, and which of its unknowns are the candidate's.
+fn started(
+    problem: &Problem,
+    base: &Candidate,
+    trial: &Trial,
+    score: &Score,
+) -> Option<(Candidate, Vec<usize>)> {
+    match &trial.how {
+        How::Release { unknowns } => {
+            let mut model = Candidate::new(problem, base.specs.clone()).ok()?;
+            model.unknowns = base.unknowns.clone();
+            model.p = base.p.clone();
+            for &k in unknowns {
+                model.unknowns[k].prior = None;
+            }
+            Some((model, unknowns.clone()))
+        }
+        How::New { spec, strengths, exact } => {
+            let mut specs = base.specs.clone();
+            specs.push(spec.clone());
+            let mut model = Candidate::new(problem, specs).ok()?;
+            let effect = base.specs.len();
+            let first = model.plant.range(effect).start;
+            let mut p = base.p.clone();
+            p.extend_from_slice(&model.p[first..]);
+            for (k, &s) in strengths.iter().enumerate() {
+                p[first + s] = if *exact {
+                    p[first + s] * score.strengths[0].clamp(0.3, 3.0)
+                } else {
+                    score.strengths[k]
+                };
+            }
+            model.p = p;
+            if model.plant.elastic() != base.plant.elastic() {
+                // A rigid base has bent its parameters to imitate the spring: back to what was stated.
+                for u in base.unknowns.iter() {
+                    if let Some((mean, _)) = u.prior {
+                        model.p[u.position] = mean;
+                    }
+                }
+            }
+            let mut new = Unknown::of_effect(&model.plant, effect);
+            for unknown in &mut new {
+                if !unknown.shape {
+                    unknown.prior = None;
+                    unknown.scale = model.p[unknown.position].abs().max(1e-9);
+                }
+            }
+            let own = (base.unknowns.len()..base.unknowns.len() + new.len()).collect();
+            model.unknowns = base.unknowns.iter().cloned().chain(new).collect();
+            Some((model, own))
+        }
+    }
+}
