@@ -38,9 +38,10 @@ impl Demo {
         let robot = &file.robot;
         console.tell(&introduction(&self.dir))?;
 
-        console.tell("\n1 · COMPARE: does the model agree with the measurement?\n")?;
-        let all = [seen.as_slice(), unseen.as_slice()].concat();
-        let before = comparison(robot, &all)?;
+        console.tell(
+            "\n1 · COMPARE: does the model agree with the measurement? (the run that no fit will see)\n",
+        )?;
+        let before = comparison(robot, &unseen)?;
         console.tell(&crate::compare::text(&before))?;
 
         console.tell("2 · DIAGNOSE: which effect is missing?\n")?;
@@ -57,8 +58,8 @@ impl Demo {
         output_file::write(&file.sidecar, &found.specs, &self.dir.join("better.sinew.toml"))?;
         console.tell(&crate::fit::text(&found))?;
 
-        console.tell("4 · COMPARE again.\n")?;
-        let after = comparison(&with_effects(robot, &found.specs), &all)?;
+        console.tell("4 · COMPARE again, on the run that no fit has seen.\n")?;
+        let after = comparison(&with_effects(robot, &found.specs), &unseen)?;
         console.tell(&crate::compare::text(&after))?;
 
         let page = self.dir.join("report.html");
