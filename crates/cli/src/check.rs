@@ -6,6 +6,8 @@ use std::process::ExitCode;
 use clap::Args;
 use serde::Serialize;
 use sinew_data::{Note, Quantity, Run, RunSpec, Severity, check_run, find_repeats};
+use sinew_effects::CATALOGUE;
+use sinew_identify::{Options, torque_checks};
 use sinew_model::Robot;
 use sinew_report::number;
 
@@ -44,6 +46,7 @@ impl Check {
             all.extend(check_run(run));
         }
         all.extend(repeats(&runs));
+        all.extend(torque_checks(&file.robot, &CATALOGUE, &runs, &Options::default()));
         let (notes, mut problems): (Vec<_>, Vec<_>) =
             all.into_iter().partition(|n| n.severity == Severity::Note);
         problems.sort_by_key(|n| n.severity);
@@ -61,7 +64,17 @@ fn text(answer: &Answer) -> String {
     let errors = answer.problems.iter().filter(|n| n.severity == Severity::Error).count();
     let warnings = answer.problems.len() - errors;
     let word = if answer.ok { "usable" } else { "not usable" };
-    out + &format!("{word}: {errors} errors, {warnings} warnings, {} notes\n", answer.notes.len())
+    let notes = answer.notes.len();
+    out + &format!(
+        "{word}: {}, {}, {}\n",
+        count(errors, "error"),
+        count(warnings, "warning"),
+        count(notes, "note")
+    )
+}
+
+fn count(n: usize, what: &str) -> String {
+    if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") }
 }
 
 fn of_robot(note: &sinew_urdf::Note) -> Note {

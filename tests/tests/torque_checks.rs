@@ -1,0 +1,38 @@
+//! Signs and swapped joints are found before any physics.
+
+use sinew_data::{Quantity, Run};
+use sinew_effects::CATALOGUE;
+use sinew_identify::{Options, torque_checks};
+use sinew_tests::{measure, null_case, two_joints};
+
+#[test]
+fn a_right_log_raises_no_suspicion_and_a_wrong_one_names_the_joint() {
+    let arm = two_joints();
+    let runs = measure(&arm, &null_case(&arm, 100_001)).expect("the arm can be simulated");
+    let said = |runs: &[Run]| {
+        let notes = torque_checks(&arm.robot, &CATALOGUE, runs, &Options::default());
+        notes.iter().map(|n| format!("{}: {}", n.place, n.statement)).collect::<Vec<_>>()
+    };
+    assert_eq!(said(&runs), Vec::<String>::new());
+
+    let mut flipped = runs.clone();
+    for signal in flipped.iter_mut().flat_map(|r| &mut r.signals) {
+        if signal.quantity == Quantity::MotorTorque && signal.place == "elbow" {
+            signal.values.iter_mut().for_each(|x| *x = -*x);
+        }
+    }
+    let notes = said(&flipped);
+    assert!(
+        notes.len() == 1 && notes[0].starts_with("motor_torque.elbow: the torque has the opposite sign"),
+        "{notes:?}"
+    );
+
+    let mut large = runs.clone();
+    for signal in large.iter_mut().flat_map(|r| &mut r.signals) {
+        if signal.quantity == Quantity::MotorTorque && signal.place == "shoulder" {
+            signal.values.iter_mut().for_each(|x| *x *= 0.02);
+        }
+    }
+    let notes = said(&large);
+    assert!(notes.len() == 1 && notes[0].contains("times the model's"), "{notes:?}");
+}
