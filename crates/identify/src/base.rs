@@ -127,18 +127,6 @@ fn instrument(robot: &Robot, channel: &Channel, records: &[Record], index: usize
     }
 }
 
-/// A joint whose torque sensors would share one offset effect keeps the motor's only.
-pub(crate) fn deduplicated(specs: Vec<EffectSpec>) -> Vec<EffectSpec> {
-    let mut kept: Vec<EffectSpec> = Vec::new();
-    for spec in specs {
-        let word = |s: &EffectSpec| s.get("signal").cloned();
-        if !kept.iter().any(|k| k.kind == spec.kind && k.place == spec.place && word(k) == word(&spec)) {
-            kept.push(spec);
-        }
-    }
-    kept
-}
-
 /// Notes on the runs that belong to the scope of every verdict.
 pub(crate) fn scope(robot: &Robot, sensors: &Sensors, runs: &[Run]) -> String {
     let model = &robot.model;

@@ -6,7 +6,7 @@ use sinew_data::Run;
 use sinew_effect::Catalogue;
 use sinew_model::Robot;
 
-use crate::base::{deduplicated, nuisances};
+use crate::base::nuisances;
 use crate::colour::rows_of;
 use crate::problem::{Candidate, Problem};
 use crate::record::{Record, Sensors};
@@ -155,7 +155,7 @@ impl Prepared {
     /// The effects of the robot with the nuisances of these runs.
     pub fn base_specs(&self, robot: &Robot, catalogue: &Catalogue) -> Vec<sinew_model::EffectSpec> {
         let mut specs = robot.all_effects();
-        specs.extend(deduplicated(nuisances(robot, catalogue, &self.sensors, &self.records)));
+        specs.extend(nuisances(robot, catalogue, &self.sensors, &self.records));
         specs
     }
 }

@@ -94,7 +94,7 @@ pub fn fit(
         for spec in add {
             state = added(search, state, spec)?;
             rungs.push(Rung {
-                added: vec![label(spec)],
+                added: vec![spec.place.label(&spec.kind)],
                 residual: state.fitted.at.residual.clone(),
                 unseen: unseen.map(|u| u.residual(&state.fitted.model)),
             });
@@ -203,7 +203,7 @@ fn finished(
 
 // Adds one effect whatever the gates say: the best of its start values, refitted.
 fn added(search: &mut Search, state: State, spec: &EffectSpec) -> Result<State, IdentifyError> {
-    let wanted = label(spec);
+    let wanted = spec.place.label(&spec.kind);
     let layout = search.problem.form.layout();
     let fitted = &state.fitted;
     let own: Vec<usize> = (0..state.trials.len()).filter(|&k| state.trials[k].label() == wanted).collect();
@@ -282,13 +282,6 @@ fn standard_deviations(search: &Search, state: &State, wide: f64) -> Option<Vec<
     let equations =
         Equations::new(&state.whitener, search.problem, &state.fitted.model, &state.fitted.at, 0.0)?;
     Some(equations.normal.variances().iter().map(|v| v.max(0.0).sqrt() * wide).collect())
-}
-
-fn label(spec: &EffectSpec) -> String {
-    match &spec.place {
-        sinew_model::Place::Robot => spec.kind.clone(),
-        place => format!("{}@{place}", spec.kind),
-    }
 }
 
 // A check run that repeats a fitted command is no unseen motion.

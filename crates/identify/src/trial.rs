@@ -29,10 +29,7 @@ pub(crate) struct Trial {
 impl Trial {
     /// `effect@place`.
     pub fn label(&self) -> String {
-        match &self.place {
-            Place::Robot => self.card.name.to_owned(),
-            place => format!("{}@{place}", self.card.name),
-        }
+        self.place.label(self.card.name)
     }
 
     /// Strengths and shapes, for ties: a plain cause is preferred when the data do not care.

@@ -161,6 +161,22 @@ pub enum Place {
     Robot,
 }
 
+impl Place {
+    /// `effect@place`, or the effect alone where it acts on the whole robot.
+    ///
+    /// ```
+    /// use sinew_model::Place;
+    /// assert_eq!(Place::Joint("elbow".into()).label("backlash"), "backlash@elbow");
+    /// assert_eq!(Place::Robot.label("payload"), "payload");
+    /// ```
+    pub fn label(&self, effect: &str) -> String {
+        match self {
+            Place::Robot => effect.to_owned(),
+            place => format!("{effect}@{place}"),
+        }
+    }
+}
+
 impl core::fmt::Display for Place {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {

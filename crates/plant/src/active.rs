@@ -69,10 +69,7 @@ impl Active {
 
     /// `effect@place`.
     pub fn label(&self) -> String {
-        match &self.spec.place {
-            Place::Robot => self.spec.kind.clone(),
-            place => format!("{}@{place}", self.spec.kind),
-        }
+        self.spec.place.label(&self.spec.kind)
     }
 
     /// The specification with the present values written into it, as files write them.
