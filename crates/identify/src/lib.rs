@@ -27,11 +27,14 @@ mod residual;
 mod scale;
 mod screen;
 mod search;
+mod series;
+mod tangent;
 mod torque_checks;
 mod trial;
 mod unknowns;
 mod verdict;
 mod views;
+mod walk;
 
 pub use comparison::{Comparison, RunError, SignalError, Trace, compare};
 pub use diagnosis::{

@@ -2,12 +2,11 @@
 
 use rayon::prelude::*;
 
-use sinew_effect::{DIRECTIONS, Derivative};
-use sinew_model::Scalar;
 use sinew_plant::Plant;
 
 use crate::imposed::{imposed_dofs, predict};
 use crate::record::{Channel, Record};
+use crate::tangent::{by_work, tangent_rows};
 
 /// A way to turn runs into residual rows. The rows of one form can be compared with each other only.
 pub(crate) trait ResidualForm: Sync {
@@ -142,6 +141,9 @@ const TRANSIENT: f64 = 0.8;
 // Logs of a coarser grid than this, s, show no spring.
 const SPRING_STEP: f64 = 0.005;
 
+// Parameters whose derivatives are carried along a run together.
+const TOGETHER: usize = 64;
+
 impl<'a> Imposed<'a> {
     /// The rows of these records, with the start left out where a spring may be simulated.
     pub fn new(records: &'a [Record], channels: &[Channel], nv: usize) -> Self {
@@ -163,27 +165,6 @@ impl<'a> Imposed<'a> {
             .collect();
         per_record.concat()
     }
-
-    // One pass: the derivatives along up to DIRECTIONS parameters, in one record.
-    fn pass(&self, plant: &Plant, p: &[f64], record: &Record, positions: &[usize]) -> Vec<Vec<f64>> {
-        let imposed = imposed_dofs(plant, p, record);
-        let mut dual: Vec<Derivative> = p.iter().map(|&x| Derivative::constant(x)).collect();
-        for (direction, &position) in positions.iter().enumerate() {
-            dual[position] = Derivative::variable(p[position], direction);
-        }
-        let series = predict(plant, &dual, record, &self.layout.channels, &imposed);
-        (0..positions.len())
-            .map(|direction| {
-                series
-                    .iter()
-                    .flat_map(|s| {
-                        let derivative: Vec<f64> = s.iter().map(|x| x.derivative[direction]).collect();
-                        record.rows(&derivative)
-                    })
-                    .collect()
-            })
-            .collect()
-    }
 }
 
 impl ResidualForm for Imposed<'_> {
@@ -197,15 +178,23 @@ impl ResidualForm for Imposed<'_> {
     }
 
     fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize]) -> Vec<Vec<f64>> {
-        let chunks: Vec<&[usize]> = positions.chunks(DIRECTIONS).collect();
+        let order = by_work(plant, positions);
+        let ordered: Vec<usize> = order.iter().map(|&k| positions[k]).collect();
+        let groups: Vec<&[usize]> = ordered.chunks(TOGETHER).collect();
         let jobs: Vec<(usize, usize)> =
-            (0..chunks.len()).flat_map(|c| (0..self.records.len()).map(move |r| (c, r))).collect();
-        let parts: Vec<Vec<Vec<f64>>> =
-            jobs.par_iter().map(|&(c, r)| self.pass(plant, p, &self.records[r], chunks[c])).collect();
+            (0..groups.len()).flat_map(|g| (0..self.records.len()).map(move |r| (g, r))).collect();
+        let parts: Vec<Vec<Vec<f64>>> = jobs
+            .par_iter()
+            .map(|&(g, r)| {
+                let record = &self.records[r];
+                let imposed = imposed_dofs(plant, p, record);
+                tangent_rows(plant, p, record, &self.layout.channels, &imposed, groups[g])
+            })
+            .collect();
         let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(self.layout.len); positions.len()];
-        for (&(c, _), part) in jobs.iter().zip(parts) {
-            for (direction, rows) in part.into_iter().enumerate() {
-                columns[c * DIRECTIONS + direction].extend(rows);
+        for (&(g, _), part) in jobs.iter().zip(parts) {
+            for (k, rows) in part.into_iter().enumerate() {
+                columns[order[g * TOGETHER + k]].extend(rows);
             }
         }
         columns

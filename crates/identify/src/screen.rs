@@ -3,7 +3,7 @@
 use faer::Mat;
 use rayon::prelude::*;
 
-use sinew_effect::{DIRECTIONS, Screening};
+use sinew_effect::Screening;
 use sinew_model::EffectSpec;
 
 use crate::least_squares::{Normal, cross, dot, matrix};
@@ -11,42 +11,37 @@ use crate::problem::{Candidate, Equations, Problem};
 use crate::trial::{How, Trial};
 
 /// Raw columns of all trials, one for each strength (one secant for an exact trial); none for a trial whose effect
-/// cannot be evaluated. Linear trials share passes: at zero strength none of them changes the others.
+/// cannot be evaluated. Linear trials share one plant: at zero strength none of them changes the others.
 pub(crate) fn all_columns(
     problem: &Problem,
     model: &Candidate,
     residual: &[f64],
     trials: &[Trial],
 ) -> Vec<Option<Vec<Vec<f64>>>> {
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    let mut used = DIRECTIONS;
-    for (k, trial) in trials.iter().enumerate() {
-        let How::New { strengths, exact, .. } = &trial.how else { continue };
-        if *exact {
-            groups.push(vec![k]);
-            used = DIRECTIONS;
-        } else if used + strengths.len() > DIRECTIONS {
-            groups.push(vec![k]);
-            used = strengths.len();
-        } else if let Some(group) = groups.last_mut() {
-            group.push(k);
-            used += strengths.len();
-        }
-    }
-    let found: Vec<Vec<Option<Vec<Vec<f64>>>>> = groups
-        .par_iter()
-        .map(|group| match &trials[group[0]].how {
-            How::New { spec, exact: true, .. } => vec![secant(problem, model, residual, spec)],
-            _ => derivatives(problem, model, group.iter().map(|&k| &trials[k]).collect()),
-        })
-        .collect();
-    let mut columns: Vec<Option<Vec<Vec<f64>>>> = trials.iter().map(|_| Some(Vec::new())).collect();
-    for (group, found) in groups.iter().zip(found) {
-        for (&k, set) in group.iter().zip(found) {
-            columns[k] = set.filter(|set| set.iter().flatten().all(|x| x.is_finite()));
-        }
-    }
-    columns
+    let is_linear = |t: &Trial| matches!(t.how, How::New { exact: false, .. });
+    let linear: Vec<&Trial> = trials.iter().filter(|t| is_linear(t)).collect();
+    let (linear, secants) = rayon::join(
+        || {
+            derivatives(problem, model, &linear)
+                // A trial that fits nowhere must not take the others with it.
+                .unwrap_or_else(|| linear.iter().map(|t| derivatives(problem, model, &[t])?.pop()?).collect())
+        },
+        || -> Vec<Option<Vec<Vec<f64>>>> {
+            trials
+                .par_iter()
+                .map(|trial| match &trial.how {
+                    How::New { spec, exact: true, .. } => secant(problem, model, residual, spec),
+                    How::New { .. } => None,
+                    How::Release { .. } => Some(Vec::new()),
+                })
+                .collect()
+        },
+    );
+    let mut linear = linear.into_iter();
+    let sets = trials.iter().zip(secants);
+    sets.map(|(trial, secant)| if is_linear(trial) { linear.next().flatten() } else { secant })
+        .map(|set| set.filter(|set| set.iter().flatten().all(|x| x.is_finite())))
+        .collect()
 }
 
 // What the effect changes when it is switched on.
@@ -73,35 +68,32 @@ fn secant(
     Some(vec![residual.iter().zip(&changed).map(|(a, b)| a - b).collect()])
 }
 
-// Derivatives along the strengths of several trials at zero, in one plant.
-fn derivatives(problem: &Problem, model: &Candidate, trials: Vec<&Trial>) -> Vec<Option<Vec<Vec<f64>>>> {
-    let mut specs = model.specs.clone();
-    for trial in &trials {
-        if let How::New { spec, .. } = &trial.how {
-            specs.push(spec.clone());
-        }
-    }
-    let Ok(extended) = Candidate::new(problem, specs) else { return vec![None; trials.len()] };
+// Derivatives along the strengths of several trials at zero, in one plant; none if there is no such plant.
+fn derivatives(
+    problem: &Problem,
+    model: &Candidate,
+    trials: &[&Trial],
+) -> Option<Vec<Option<Vec<Vec<f64>>>>> {
+    let new = || {
+        trials.iter().filter_map(|t| match &t.how {
+            How::New { spec, strengths, .. } => Some((spec, strengths)),
+            How::Release { .. } => None,
+        })
+    };
+    let specs = model.specs.iter().chain(new().map(|(spec, _)| spec)).cloned().collect();
+    let extended = Candidate::new(problem, specs).ok()?;
     let mut p = model.p.clone();
     p.extend_from_slice(&extended.p[model.p.len()..]);
     let mut positions = Vec::new();
-    for (k, trial) in trials.iter().enumerate() {
+    for (k, (_, strengths)) in new().enumerate() {
         let first = extended.plant.range(model.specs.len() + k).start;
-        if let How::New { strengths, .. } = &trial.how {
-            for &s in strengths {
-                p[first + s] = 0.0;
-                positions.push(first + s);
-            }
+        for &s in strengths {
+            p[first + s] = 0.0;
+            positions.push(first + s);
         }
     }
     let mut columns = problem.form.columns(&extended.plant, &p, &positions).into_iter();
-    trials
-        .iter()
-        .map(|trial| match &trial.how {
-            How::New { strengths, .. } => Some(columns.by_ref().take(strengths.len()).collect()),
-            How::Release { .. } => None,
-        })
-        .collect()
+    Some(new().map(|(_, strengths)| Some(columns.by_ref().take(strengths.len()).collect())).collect())
 }
 
 /// What a screen says of a trial.

@@ -76,6 +76,23 @@ impl<'a, S: Kind> Dynamics<'a, S> {
     /// # Panics
     /// If `p` has the wrong length.
     pub fn new(plant: &'a Plant, p: &[S]) -> Self {
+        Self::of_some(plant, p, |_| true, |_| true)
+    }
+
+    /// The plant in which only some effects act: gears are bent by the effects for which `bends` holds, forces come
+    /// from those for which `acts` holds. Constants, drives, sensors and own states are those of all effects.
+    ///
+    /// An effect whose strengths are all zero can be left out without a change; a derivative along the parameters of
+    /// a few effects needs the forces of these few only.
+    ///
+    /// # Panics
+    /// If `p` has the wrong length.
+    pub fn of_some(
+        plant: &'a Plant,
+        p: &[S],
+        bends: impl Fn(usize) -> bool,
+        acts: impl Fn(usize) -> bool,
+    ) -> Self {
         let expected = plant.ranges.last().map_or(0, |r| r.end);
         assert_eq!(p.len(), expected, "p: the plant has {expected} parameters");
         let mut coefficients = Coefficients::of(&plant.model);
@@ -83,8 +100,9 @@ impl<'a, S: Kind> Dynamics<'a, S> {
             S::call(plant.effect(k), &p[plant.range(k)], Call::Coefficients(&mut coefficients));
         }
         let zeros = vec![S::ZERO; plant.model.nv];
-        let mut motor = plant.acting(Act::MotorForce);
-        let loaded = plant.acting(Act::LoadedMotorForce);
+        let forces = |act| -> Vec<usize> { plant.acting(act).into_iter().filter(|&k| acts(k)).collect() };
+        let mut motor = forces(Act::MotorForce);
+        let loaded = forces(Act::LoadedMotorForce);
         motor.extend(&loaded);
         Self {
             plant,
@@ -102,9 +120,9 @@ impl<'a, S: Kind> Dynamics<'a, S> {
             qdd: zeros,
             gears: vec![Deflection::default(); plant.model.nv],
             acting: Acting {
-                deflection: plant.acting(Act::Deflection),
-                spring: plant.acting(Act::SpringTorque),
-                link: plant.acting(Act::LinkForce),
+                deflection: plant.acting(Act::Deflection).into_iter().filter(|&k| bends(k)).collect(),
+                spring: forces(Act::SpringTorque),
+                link: forces(Act::LinkForce),
                 motor,
                 state: plant.acting(Act::State),
                 actuation: plant.acting(Act::Actuation),
@@ -198,12 +216,18 @@ impl<'a, S: Kind> Dynamics<'a, S> {
     }
 
     /// Where the own states go and how fast, at the state last evaluated.
-    pub fn relaxations(&mut self, x: &LinkState<S>, out: &mut [Relaxation<S>]) {
+    pub fn relaxations(&self, x: &LinkState<S>, out: &mut [Relaxation<S>]) {
+        self.relaxations_of(&self.acting.state, x, out);
+    }
+
+    /// [`Dynamics::relaxations`] of some effects; the places of others are left as they are.
+    pub fn relaxations_of(&self, effects: &[usize], x: &LinkState<S>, out: &mut [Relaxation<S>]) {
         let plant = self.plant;
-        for &k in &self.acting.state {
-            let at = self.at(x, k);
-            let call = Call::Relaxation(&at, &mut out[plant.states[k].clone()]);
-            S::call(plant.effect(k), &self.p[plant.range(k)], call);
+        for &k in effects {
+            let call = |at: &At<S>, z: &mut [Relaxation<S>]| {
+                S::call(plant.effect(k), &self.p[plant.range(k)], Call::Relaxation(at, z));
+            };
+            call(&self.at(x, k), &mut out[plant.states[k].clone()]);
         }
     }
 

@@ -1,9 +1,12 @@
 //! The plant with its motors' motion imposed: what the links do, and which torque the motors must give.
 
-use sinew_effect::Kind;
-use sinew_rigid::hybrid_dynamics_with;
+use sinew_effect::{Coefficients, DIRECTIONS, Derivative, Kind};
+use sinew_model::{Inertia, Scalar};
+use sinew_rigid::{
+    PARAMETERS, hybrid_dynamics_with, hybrid_response_with, inverse_dynamics_with, regressor_with,
+};
 
-use crate::{Dynamics, LinkState};
+use crate::{Dynamics, LinkState, Plant};
 
 /// A motion of the motors, by degree of freedom, reflected.
 #[derive(Debug, Clone, Copy)]
@@ -70,6 +73,155 @@ impl<S: Kind> Dynamics<'_, S> {
         for i in 0..self.plant.model.nv {
             out.tau_m[i] =
                 self.coefficients.rotor[i] * motor.acceleration[i] + self.tau_j[i] - self.motor_force[i];
+        }
+    }
+}
+
+/// A motion that was evaluated, and how it answers to torques: what its derivatives are taken about.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImposedAt {
+    /// The motion.
+    pub out: ImposedOut<f64>,
+    /// R, nv × nv by columns, of [`sinew_rigid::hybrid_response_with`].
+    pub response: Vec<f64>,
+    /// Y, nv × 10 n by columns, of [`sinew_rigid::regressor_with`].
+    pub regressor: Vec<f64>,
+}
+
+impl ImposedAt {
+    /// Room for the motion of `plant`.
+    pub fn new(plant: &Plant) -> Self {
+        let nv = plant.model.nv;
+        let regressor = vec![0.0; nv * PARAMETERS * plant.model.joints.len()];
+        Self { out: ImposedOut::new(nv), response: vec![0.0; nv * nv], regressor }
+    }
+}
+
+/// What changes a motion by itself, besides the forces of effects.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Moving {
+    /// True if the state or gravity has a derivative.
+    pub state: bool,
+    /// Inertial parameters that have one, by their column in the regressor.
+    pub inertial: Vec<(usize, [f64; DIRECTIONS])>,
+}
+
+impl Moving {
+    /// What has a derivative among the constants of a robot whose state is constant.
+    pub fn of(coefficients: &Coefficients<Derivative>) -> Self {
+        let changes = |x: &Derivative| x.derivative.iter().any(|d| *d != 0.0);
+        let g = coefficients.gravity;
+        let ten = |i: &Inertia<Derivative>| {
+            let (h, s) = (i.first_moment, i.second_moment);
+            [i.mass, h.x, h.y, h.z, s.xx, s.xy, s.yy, s.xz, s.yz, s.zz]
+        };
+        let all = coefficients.inertia.iter().flat_map(ten).enumerate();
+        let inertial = all.filter(|(_, x)| changes(x)).map(|(k, x)| (k, x.derivative)).collect();
+        Self { state: [g.x, g.y, g.z].iter().any(changes), inertial }
+    }
+    /// True if nothing has a derivative.
+    pub fn is_still(&self) -> bool {
+        !self.state && self.inertial.is_empty()
+    }
+}
+
+impl Dynamics<'_, f64> {
+    /// [`Dynamics::imposed_torque`], and the response to torques.
+    pub fn imposed_at(&mut self, x: &LinkState<f64>, motor: MotorMotion<f64>, at: &mut ImposedAt) {
+        self.imposed_torque(x, motor, &mut at.out);
+        let bodies = Self::bodies(self.plant, &self.coefficients, &self.armature);
+        hybrid_response_with(&bodies, &mut self.scratch, &x.q, motor.imposed, &mut at.response);
+        regressor_with(&bodies, &mut self.scratch, &x.q, &x.qd, &at.out.qdd, &mut at.regressor);
+    }
+}
+
+impl Dynamics<'_, Derivative> {
+    /// The derivatives of [`Dynamics::imposed_motion`] about the motion `at`, along the directions of the state `x`
+    /// and of the parameters, by the implicit function: no acceleration is solved for in dual numbers.
+    ///
+    /// ```text
+    /// free joints      r = δτ_j + δf_link − δ(M q̈ + C q̇ + g),  q̈ held;   δq̈ = M_ff⁻¹ r_f
+    /// imposed joints   r = δf_link − δ(M q̈ + C q̇ + g);                   δτ_j = M_if δq̈_f − r_i
+    /// ```
+    ///
+    /// Only derivatives are filled in beside the values of `at`. Forces may be those of some effects only ([`Dynamics::of_some`]), if no other force
+    /// has a derivative.
+    pub fn imposed_derivatives(
+        &mut self,
+        x: &LinkState<Derivative>,
+        motor: MotorMotion<f64>,
+        at: &ImposedAt,
+        moving: &Moving,
+        out: &mut ImposedOut<Derivative>,
+    ) {
+        let nv = self.plant.model.nv;
+        self.springs(x, |i| !motor.imposed[i]);
+        self.link_forces(x);
+        for i in 0..nv {
+            self.armature[i] = Derivative::ZERO;
+            self.qdd[i] = Derivative::constant(at.out.qdd[i]);
+            self.tau[i] = Derivative::ZERO;
+        }
+        if moving.state {
+            let bodies = Self::bodies(self.plant, &self.coefficients, &self.armature);
+            let (qdd, tau) = (&self.qdd, &mut self.tau);
+            inverse_dynamics_with(&bodies, &mut self.scratch, &x.q, &x.qd, qdd, tau);
+        } else {
+            // δ(M q̈ + C q̇ + g) = Y δπ
+            for (column, change) in &moving.inertial {
+                for i in 0..nv {
+                    let entry = at.regressor[i + nv * column];
+                    self.tau[i] += Derivative { value: 0.0, derivative: *change } * entry;
+                }
+            }
+        }
+        for i in 0..nv {
+            let spring = if motor.imposed[i] { Derivative::ZERO } else { self.tau_j[i] };
+            self.tau[i] = spring + self.link_force[i] - self.tau[i];
+        }
+        for i in 0..nv {
+            let mut answer = Derivative::ZERO;
+            for j in (0..nv).filter(|&j| !motor.imposed[j]) {
+                answer += self.tau[j] * at.response[i + nv * j];
+            }
+            let (qdd, tau_j) = if motor.imposed[i] {
+                (Derivative::ZERO, answer - self.tau[i])
+            } else {
+                (answer, self.tau_j[i])
+            };
+            out.qdd[i] = Derivative { value: at.out.qdd[i], ..qdd };
+            self.tau_j[i] = Derivative { value: at.out.tau_j[i], ..tau_j };
+        }
+        out.tau_j.copy_from_slice(&self.tau_j);
+    }
+
+    /// The derivatives of the torque on the motors; needs [`Dynamics::imposed_derivatives`] at the same state, or τ_j
+    /// without derivatives.
+    ///
+    /// ```text
+    /// δτ_m = δB θ̈ + δτ_j − δf_motor
+    /// ```
+    pub fn motor_derivatives(
+        &mut self,
+        x: &LinkState<Derivative>,
+        motor: MotorMotion<f64>,
+        at: &ImposedAt,
+        out: &mut ImposedOut<Derivative>,
+    ) {
+        self.motor_forces(x);
+        for i in 0..self.plant.model.nv {
+            let tau_m =
+                self.coefficients.rotor[i] * motor.acceleration[i] + self.tau_j[i] - self.motor_force[i];
+            out.tau_m[i] = Derivative { value: at.out.tau_m[i], ..tau_m };
+        }
+    }
+
+    /// Takes the torques of the gears for constants: what [`Dynamics::imposed_derivatives`] would find along
+    /// parameters that act on the motors only.
+    pub fn steady_gears(&mut self, at: &ImposedAt, out: &mut ImposedOut<Derivative>) {
+        for i in 0..self.plant.model.nv {
+            self.tau_j[i] = Derivative::constant(at.out.tau_j[i]);
+            (out.qdd[i], out.tau_j[i]) = (Derivative::constant(at.out.qdd[i]), self.tau_j[i]);
         }
     }
 }

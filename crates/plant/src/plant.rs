@@ -104,6 +104,10 @@ impl Plant {
         };
         self.effects.iter().enumerate().flat_map(of).collect()
     }
+    /// Where the own states of effect `effect` stand among those of all.
+    pub fn own_states(&self, effect: usize) -> Range<usize> {
+        self.states[effect].clone()
+    }
     /// Number of own states of all effects.
     pub fn state_len(&self) -> usize {
         self.states.last().map_or(0, |r| r.end)

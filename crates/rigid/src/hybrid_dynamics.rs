@@ -65,6 +65,58 @@ pub fn hybrid_dynamics_with<S: Scalar>(
     hybrid(b, ws, q, qd, |dof| imposed[dof], qdd, tau);
 }
 
+/// How a hybrid motion answers to the torques of its free joints, for any kind of number.
+///
+/// ```text
+/// R_ij = ∂q̈_i/∂τ_j = (M_ff⁻¹)_ij          i free, j free
+/// R_ij = ∂τ_i/∂τ_j = (M_if M_ff⁻¹)_ij     i imposed, j free
+/// R_ij = 0                                j imposed
+/// ```
+///
+/// `q`: nq, rad (m). `imposed`: nv. `response`: nv × nv by columns, overwritten. Cost O(n³) in the free degrees of
+/// freedom. None imposed: the inverse of the mass matrix.
+///
+/// # Panics
+/// If a slice has the wrong length.
+///
+/// Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008, section 9.1.
+pub fn hybrid_response_with<S: Scalar>(
+    b: &Bodies<S>,
+    ws: &mut Scratch<S>,
+    q: &[S],
+    imposed: &[bool],
+    response: &mut [S],
+) {
+    let nv = b.model.nv;
+    assert_eq!((imposed.len(), response.len()), (nv, nv * nv), "imposed, response");
+    let (mut M, mut factor, mut x) = core::mem::take(&mut ws.response);
+    mass_matrix_with(b, ws, q, &mut M);
+    factor.copy_from_slice(&M);
+    identity_where(|dof| imposed[dof], &mut factor, nv);
+    ldlt::factor(&mut factor, nv);
+    response.fill(S::ZERO);
+    for j in (0..nv).filter(|&j| !imposed[j]) {
+        x.fill(S::ZERO);
+        x[j] = S::ONE;
+        ldlt::solve(&factor, nv, &mut x);
+        for i in 0..nv {
+            let through = || (0..nv).filter(|&k| !imposed[k]).fold(S::ZERO, |sum, k| sum + M[i + nv * k] * x[k]);
+            response[i + nv * j] = if imposed[i] { through() } else { x[i] };
+        }
+    }
+    ws.response = (M, factor, x);
+}
+
+// Rows and columns of imposed degrees of freedom become those of the identity.
+#[inline(always)]
+fn identity_where<S: Scalar>(imposed: impl Fn(usize) -> bool, M: &mut [S], nv: usize) {
+    for (i, j) in (0..nv).flat_map(|j| (0..nv).map(move |i| (i, j))) {
+        if imposed(i) || imposed(j) {
+            M[i + nv * j] = if i == j { S::ONE } else { S::ZERO };
+        }
+    }
+}
+
 #[inline(always)]
 fn hybrid<S: Scalar>(
     b: &Bodies<S>,
@@ -192,11 +244,7 @@ fn by_mass_matrix<S: Scalar>(
     }
     // M_ff q̈_f = x; imposed rows and columns become those of the identity
     mass_matrix_with(b, ws, q, &mut M);
-    for (i, j) in (0..nv).flat_map(|j| (0..nv).map(move |i| (i, j))) {
-        if imposed(i) || imposed(j) {
-            M[i + nv * j] = if i == j { S::ONE } else { S::ZERO };
-        }
-    }
+    identity_where(&imposed, &mut M, nv);
     ldlt::factor(&mut M, nv);
     ldlt::solve(&M, nv, &mut x);
     for dof in (0..nv).filter(|&dof| !imposed(dof)) {

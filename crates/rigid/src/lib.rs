@@ -46,7 +46,7 @@ pub use energy::{
     potential_energy_with,
 };
 pub use forward_dynamics::{forward_dynamics, forward_dynamics_into};
-pub use hybrid_dynamics::{forward_dynamics_with, hybrid_dynamics_with};
+pub use hybrid_dynamics::{forward_dynamics_with, hybrid_dynamics_with, hybrid_response_with};
 pub use inverse_dynamics::{bias, bias_into, gravity, gravity_into, inverse_dynamics, inverse_dynamics_into};
 pub use inverse_mass_matrix::{inverse_mass_matrix, inverse_mass_matrix_into, inverse_mass_matrix_with};
 pub use mass_matrix::{mass_matrix, mass_matrix_into, mass_matrix_with};

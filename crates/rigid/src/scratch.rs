@@ -23,6 +23,8 @@ pub struct Scratch<S> {
     // For M q̈ = τ − h, only where joints mimic others: nv × nv and nv.
     pub(crate) matrix: Vec<S>,
     pub(crate) solution: Vec<S>,
+    // For the response of a hybrid motion: M, its factor, one column.
+    pub(crate) response: (Vec<S>, Vec<S>, Vec<S>),
 }
 
 /// One axis taken out of an articulated inertia.
@@ -53,6 +55,7 @@ impl<S: Scalar> Scratch<S> {
             torque: vec![S::ZERO; nv],
             matrix: vec![S::ZERO; size * size],
             solution: vec![S::ZERO; size],
+            response: (vec![S::ZERO; nv * nv], vec![S::ZERO; nv * nv], vec![S::ZERO; nv]),
         }
     }
 }

@@ -7,7 +7,7 @@ use sinew_model::samples::{Random, planar_arm, random_tree};
 use sinew_model::{Dual, Force, Inertia, Lanes, LinkId, Model, Scalar};
 use sinew_rigid::{
     Bodies, Scratch, bias, coriolis_matrix, forward_dynamics, forward_dynamics_batch, forward_dynamics_with,
-    gravity, hybrid_dynamics_with, inertias, inverse_dynamics, inverse_dynamics_batch, inverse_dynamics_with,
+    gravity, hybrid_dynamics_with, hybrid_response_with, inertias, inverse_dynamics, inverse_dynamics_batch, inverse_dynamics_with,
     inverse_mass_matrix, kinetic_energy, kinetic_energy_with, mass_matrix, mass_matrix_batch,
     mass_matrix_with, potential_energy_with, regressor, tool_wrench_with,
 };
@@ -151,6 +151,42 @@ fn hybrid_dynamics_solves_the_equations_of_motion_whatever_is_imposed() {
         let mut qdd = vec![0.0; nv];
         forward_dynamics_with(&b, &mut ws, &case.q, &case.qd, &want, &mut qdd);
         assert_close(&qdd, &case.qdd, 1e-14 * case.condition().max(1e3));
+    }
+}
+
+#[test]
+fn the_response_of_a_hybrid_motion_is_the_difference_of_two_motions() {
+    for (seed, case) in cases().enumerate() {
+        let (b, nv) = (case.bodies(), case.model.nv);
+        let mut ws = Scratch::new(&case.model);
+        let mut response = vec![0.0; nv * nv];
+        for share in [-2.0, 0.0, 2.0] {
+            let imposed: Vec<bool> = Random::new(seed as u64).vector(nv).iter().map(|&x| x < share).collect();
+            hybrid_response_with(&b, &mut ws, &case.q, &imposed, &mut response);
+            // Linear in τ: one unit more at each free joint in turn.
+            let mut answer = |j: Option<usize>| -> Vec<f64> {
+                let mut tau = vec![0.0; nv];
+                if let Some(j) = j {
+                    tau[j] = 1.0;
+                }
+                let mut qdd = vec![0.0; nv];
+                hybrid_dynamics_with(&b, &mut ws, &case.q, &case.qd, &imposed, &mut qdd, &mut tau);
+                (0..nv).map(|i| if imposed[i] { tau[i] } else { qdd[i] }).collect()
+            };
+            let without = answer(None);
+            for j in 0..nv {
+                let column = &response[nv * j..nv * (j + 1)];
+                if imposed[j] {
+                    assert!(column.iter().all(|x| *x == 0.0));
+                    continue;
+                }
+                let change: Vec<f64> = answer(Some(j)).iter().zip(&without).map(|(a, b)| a - b).collect();
+                let size = without.iter().chain(column).fold(1.0f64, |m, x| m.max(x.abs()));
+                for (a, b) in change.iter().zip(column) {
+                    assert!((a - b).abs() < 1e-14 * size * case.condition().max(1e3), "{a} {b}");
+                }
+            }
+        }
     }
 }
 

@@ -1,0 +1,109 @@
+//! The predicted channels along a run, from the evaluations at its grid steps.
+
+use sinew_effect::{Actuation, Kind, Sensor};
+use sinew_model::Scalar;
+use sinew_plant::{Dynamics, ImposedOut, LinkState};
+
+use crate::record::Channel;
+
+/// What each channel's sensor would see, before drive and sensor delay it; filled in grid step by grid step.
+pub(crate) struct Series<'c, S> {
+    channels: &'c [Channel],
+    raw: Vec<Vec<S>>,
+    actuation: Vec<Actuation<S>>,
+}
+
+impl<'c, S: Kind> Series<'c, S> {
+    /// Room for `len` grid steps of a plant of `nv` degrees of freedom.
+    pub fn new(channels: &'c [Channel], nv: usize, len: usize) -> Self {
+        let raw = channels.iter().map(|_| Vec::with_capacity(len)).collect();
+        Self { channels, raw, actuation: vec![Actuation::default(); nv] }
+    }
+
+    /// The next grid step: state, torques and drives of a plant that was just evaluated.
+    ///
+    /// û = τ_m / gain;   q̂ = q where the spring is simulated, θ + e − τ_j/K ∓ gap where it follows its load
+    pub fn store(
+        &mut self,
+        dynamics: &Dynamics<S>,
+        x: &LinkState<S>,
+        imposed: &[bool],
+        out: &ImposedOut<S>,
+        actuation: &[Actuation<S>],
+    ) {
+        for (raw, channel) in self.raw.iter_mut().zip(self.channels) {
+            let i = channel.dof;
+            raw.push(match channel.sensor {
+                Sensor::MotorTorque => out.tau_m[i] / actuation[i].gain,
+                Sensor::JointTorque => out.tau_j[i],
+                Sensor::JointPosition if imposed[i] => {
+                    let (load, gear) = (out.tau_j[i], dynamics.gears()[i]);
+                    let gap = S::select(load.lt(S::ZERO), -gear.half_gap, gear.half_gap);
+                    x.theta[i] + gear.shift - dynamics.coefficients().compliance[i] * load - gap
+                }
+                Sensor::JointPosition => x.q[i],
+            });
+        }
+        self.actuation.copy_from_slice(actuation);
+    }
+
+    /// The channels as their sensors log them, on the grid.
+    pub fn logged(self, dynamics: &Dynamics<S>, step: f64) -> Vec<Vec<S>> {
+        let Self { channels, raw, actuation } = self;
+        raw.into_iter().zip(channels).map(|(raw, c)| logged(raw, c, &actuation[c.dof], dynamics, step)).collect()
+    }
+}
+
+fn logged<S: Kind>(
+    raw: Vec<S>,
+    channel: &Channel,
+    drive: &Actuation<S>,
+    dynamics: &Dynamics<S>,
+    step: f64,
+) -> Vec<S> {
+    // logged torque = u(t + d) + T u̇: the inverse of lag and delay, on the noise-free prediction
+    let (mut series, mut delay) = match channel.sensor {
+        Sensor::MotorTorque => (led(raw, drive.lag, step), -drive.delay),
+        _ => (raw, S::ZERO),
+    };
+    let reading = dynamics.reading(channel.sensor)[channel.dof];
+    delay += reading.delay;
+    if delay != S::ZERO {
+        series = shifted(&series, delay, step);
+    }
+    for x in &mut series {
+        *x = *x * reading.gain + reading.offset;
+    }
+    series
+}
+
+// x + T ẋ by central differences
+fn led<S: Scalar>(x: Vec<S>, lag: S, step: f64) -> Vec<S> {
+    if lag == S::ZERO {
+        return x;
+    }
+    let last = x.len() - 1;
+    let slope = |k: usize| {
+        let (a, b) = (k.saturating_sub(1), (k + 1).min(last));
+        (x[b] - x[a]) / ((b - a) as f64 * step)
+    };
+    (0..x.len()).map(|k| x[k] + lag * slope(k)).collect()
+}
+
+// x(t − d) by the cubic through four neighbours
+fn shifted<S: Scalar>(x: &[S], delay: S, step: f64) -> Vec<S> {
+    let last = x.len() as isize - 1;
+    let whole = (delay.value() / step).floor();
+    // 0 ≤ f < 1 counts back from sample k − whole
+    let f = delay / step - whole;
+    let at = |k: isize| x[k.clamp(0, last) as usize];
+    (0..x.len() as isize)
+        .map(|k| {
+            let k = k - whole as isize;
+            let (a, b, c, d) = (at(k + 1), at(k), at(k - 1), at(k - 2));
+            // Lagrange through f = −1, 0, 1, 2
+            let (m, p, g) = (f - 1.0, f + 1.0, f - 2.0);
+            -a * (f * m * g) / 6.0 + b * (p * m * g) / 2.0 - c * (p * f * g) / 2.0 + d * (p * f * m) / 6.0
+        })
+        .collect()
+}

@@ -1,0 +1,245 @@
+//! The state of a plant along a run, its motors' motion imposed.
+
+use sinew_effect::{Actuation, Kind, Reading, Relaxation, Sensor};
+use sinew_model::Scalar;
+use sinew_plant::{Dynamics, ImposedOut, LinkState, MotorMotion};
+
+use crate::record::{Record, START};
+
+// ω of the lead at the start, rad/s.
+const LEAD: f64 = 60.0;
+
+/// The state along a run.
+pub(crate) struct Walk<'a, S> {
+    pub dynamics: Dynamics<'a, S>,
+    pub record: &'a Record,
+    pub imposed: &'a [bool],
+    /// Degrees of freedom whose springs are simulated.
+    pub free: Vec<usize>,
+    pub x: LinkState<S>,
+    /// θ̈.
+    pub acceleration: Vec<S>,
+    pub out: ImposedOut<S>,
+    pub actuation: Vec<Actuation<S>>,
+    /// Own states' relaxation at the grid step left and at the one reached.
+    pub relax: [Vec<Relaxation<S>>; 2],
+    encoder: Vec<Reading<S>>,
+    stages: Stages<S>,
+}
+
+// What a Runge–Kutta step remembers: the state at its start, slopes of the last stage, weighted sums.
+struct Stages<S> {
+    q: Vec<S>,
+    qd: Vec<S>,
+    z: Vec<S>,
+    slope: [Vec<S>; 2],
+    sum: [Vec<S>; 2],
+}
+
+impl<'a, S: Kind> Walk<'a, S> {
+    /// At the start of a run, its springs at rest under their load.
+    pub fn new(dynamics: Dynamics<'a, S>, record: &'a Record, imposed: &'a [bool]) -> Self {
+        let plant = dynamics.plant();
+        let (nv, states) = (plant.model().nv, plant.state_len());
+        let zeros = || vec![S::ZERO; nv];
+        let mut walk = Self {
+            encoder: dynamics.reading(Sensor::JointPosition),
+            x: LinkState::zero(plant),
+            dynamics,
+            record,
+            imposed,
+            free: (0..nv).filter(|&i| !imposed[i]).collect(),
+            acceleration: zeros(),
+            out: ImposedOut::new(nv),
+            actuation: vec![Actuation::default(); nv],
+            relax: [vec![Relaxation::default(); states], vec![Relaxation::default(); states]],
+            stages: Stages {
+                q: zeros(),
+                qd: zeros(),
+                z: vec![S::ZERO; states],
+                slope: [zeros(), zeros()],
+                sum: [zeros(), zeros()],
+            },
+        };
+        walk.start();
+        walk
+    }
+
+    // Static equilibrium of the springs under the load of the first pose: two rounds of q = θ − c τ_j.
+    fn start(&mut self) {
+        let nv = self.imposed.len();
+        let all = vec![true; nv];
+        self.set_motor(0);
+        for i in 0..nv {
+            (self.x.q[i], self.x.qd[i]) = (self.x.theta[i], self.x.thetad[i]);
+        }
+        if self.free.is_empty() {
+            return;
+        }
+        for _ in 0..2 {
+            let motor = MotorMotion { acceleration: &self.acceleration, imposed: &all };
+            let plant_q = self.x.q.clone();
+            self.dynamics.imposed_motion(&self.x, motor, &mut self.out);
+            for &i in &self.free {
+                let load = self.out.tau_j[i] * self.dynamics.coefficients().compliance[i];
+                self.x.q[i] = self.x.theta[i] - load;
+            }
+            if plant_q == self.x.q {
+                break;
+            }
+        }
+    }
+
+    /// The motors at grid step `k`.
+    pub fn set_motor(&mut self, k: usize) {
+        for i in 0..self.imposed.len() {
+            self.x.theta[i] = S::constant(self.record.theta[i][k]);
+            self.x.thetad[i] = S::constant(self.record.thetad[i][k]);
+            self.acceleration[i] = S::constant(self.record.thetadd[i][k]);
+            if self.imposed[i] {
+                (self.x.q[i], self.x.qd[i]) = (self.x.theta[i], self.x.thetad[i]);
+            }
+        }
+    }
+
+    /// Everything at grid step `k`.
+    pub fn torque(&mut self, k: usize) {
+        self.set_motor(k);
+        let motor = MotorMotion { acceleration: &self.acceleration, imposed: self.imposed };
+        self.dynamics.imposed_torque(&self.x, motor, &mut self.out);
+        self.dynamics.actuation(&self.x, &mut self.actuation);
+    }
+
+    /// From grid step `k` to `k + 1`: own states by their exact exponential, springs by Runge–Kutta.
+    pub fn step(&mut self, k: usize) {
+        let h = self.record.scales.step();
+        let states = !self.x.z.is_empty();
+        if states {
+            self.dynamics.relaxations(&self.x, &mut self.relax[0]);
+        }
+        self.stages.z.copy_from_slice(&self.x.z);
+        if !self.free.is_empty() {
+            self.runge_kutta(k, h);
+        }
+        if states {
+            // Rates of both ends, at the motion of the next step.
+            self.set_motor(k + 1);
+            self.dynamics.relaxations(&self.x, &mut self.relax[1]);
+            for s in 0..self.x.z.len() {
+                self.x.z[s] = relaxed(self.stages.z[s], mean(self.relax[0][s], self.relax[1][s]), h);
+            }
+        }
+    }
+
+    fn runge_kutta(&mut self, k: usize, h: f64) {
+        self.stages.q.copy_from_slice(&self.x.q);
+        self.stages.qd.copy_from_slice(&self.x.qd);
+        for (stage, share) in [0.0, 0.5, 0.5, 1.0].into_iter().enumerate() {
+            if stage > 0 {
+                self.motor_between(k, share, h);
+                let Stages { q, qd, z, slope, .. } = &self.stages;
+                for &i in &self.free {
+                    self.x.q[i] = q[i] + slope[0][i] * (share * h);
+                    self.x.qd[i] = qd[i] + slope[1][i] * (share * h);
+                }
+                for (s, r) in self.relax[0].iter().enumerate() {
+                    self.x.z[s] = relaxed(z[s], *r, share * h);
+                }
+                let motor = MotorMotion { acceleration: &self.acceleration, imposed: self.imposed };
+                self.dynamics.imposed_motion(&self.x, motor, &mut self.out);
+            }
+            self.lead(k, share);
+            let weight = [1.0, 2.0, 2.0, 1.0][stage];
+            let Stages { slope, sum, .. } = &mut self.stages;
+            for &i in &self.free {
+                for (n, value) in [self.x.qd[i], self.out.qdd[i]].into_iter().enumerate() {
+                    slope[n][i] = value;
+                    let before = if stage == 0 { S::ZERO } else { sum[n][i] };
+                    sum[n][i] = before + value * weight;
+                }
+            }
+        }
+        let Stages { q, qd, sum, .. } = &self.stages;
+        for &i in &self.free {
+            self.x.q[i] = q[i] + sum[0][i] * (h / 6.0);
+            self.x.qd[i] = qd[i] + sum[1][i] * (h / 6.0);
+        }
+    }
+
+    fn lead(&mut self, k: usize, share: f64) {
+        lead(self.record, &self.free, &self.encoder, &self.x, (k, share), &mut self.out.qdd);
+    }
+
+    /// The motors a share of a step after grid step `k`: the sample there, or the cubic through positions and
+    /// velocities of both ends.
+    pub fn motor_between(&mut self, k: usize, share: f64, h: f64) {
+        if share == 1.0 {
+            return self.set_motor(k + 1);
+        }
+        for i in 0..self.imposed.len() {
+            let r = self.record;
+            let (p0, p1) = (r.theta[i][k], r.theta[i][k + 1]);
+            let (v0, v1) = (r.thetad[i][k], r.thetad[i][k + 1]);
+            let (a0, a1) = (r.thetadd[i][k], r.thetadd[i][k + 1]);
+            let [position, velocity, acceleration] = match &r.middle {
+                Some([p, v, a]) => [p[i][k], v[i][k], a[i][k]],
+                None => [
+                    0.5 * (p0 + p1) + 0.125 * h * (v0 - v1),
+                    1.5 * (p1 - p0) / h - 0.25 * (v0 + v1),
+                    0.5 * (a0 + a1),
+                ],
+            };
+            self.x.theta[i] = S::constant(position);
+            self.x.thetad[i] = S::constant(velocity);
+            self.acceleration[i] = S::constant(acceleration);
+            if self.imposed[i] {
+                (self.x.q[i], self.x.qd[i]) = (self.x.theta[i], self.x.thetad[i]);
+            }
+        }
+    }
+}
+
+/// The start of a spring is not known: for a moment its link is led to where its encoder saw it, or damped if it has
+/// none, by a gain that fades away. Adds to the accelerations at the share of a step after grid step `k`.
+///
+/// q̈ ← q̈ + s (ω²(q_m − q) + 2ω(q̇_m − q̇)),   s = (1 − t/T)²
+pub(crate) fn lead<S: Kind>(
+    record: &Record,
+    free: &[usize],
+    encoder: &[Reading<S>],
+    x: &LinkState<S>,
+    (k, share): (usize, f64),
+    qdd: &mut [S],
+) {
+    let time = (k as f64 + share) * record.scales.step();
+    if time >= START {
+        return;
+    }
+    let fade = (1.0 - time / START).powi(2);
+    for &i in free {
+        let Some([q, qd]) = seen(record, i, k, share) else {
+            qdd[i] += (x.thetad[i] - x.qd[i]) * (2.0 * LEAD * fade);
+            continue;
+        };
+        // The encoder's own offset and lateness are taken out.
+        let true_q = (S::constant(q) - encoder[i].offset) / encoder[i].gain + encoder[i].delay * qd;
+        let pull = (true_q - x.q[i]) * (LEAD * LEAD) - (x.qd[i] - qd) * (2.0 * LEAD);
+        qdd[i] += pull * fade;
+    }
+}
+
+fn seen(record: &Record, dof: usize, k: usize, share: f64) -> Option<[f64; 2]> {
+    let start = record.start[dof].as_ref()?;
+    let (a, b) = (start.get(k)?, start.get(k + 1)?);
+    Some([a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])])
+}
+
+/// z(h) = target + (z − target) e^(−rate·h)
+pub(crate) fn relaxed<S: Scalar>(z: S, r: Relaxation<S>, h: f64) -> S {
+    r.target + (z - r.target) * (-(r.rate * h)).exp()
+}
+
+/// The relaxation of a step by those of its ends.
+pub(crate) fn mean<S: Scalar>(a: Relaxation<S>, b: Relaxation<S>) -> Relaxation<S> {
+    Relaxation { target: (a.target + b.target) * 0.5, rate: (a.rate + b.rate) * 0.5 }
+}
