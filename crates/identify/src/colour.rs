@@ -82,9 +82,8 @@ impl Whitener {
         seed: u64,
     ) -> Self {
         let layout = form.layout();
-        let shakes: Vec<Vec<f64>> = (0..SHAKES)
-            .map(|s| form.position_noise(plant, p, seed.wrapping_mul(31).wrapping_add(s * 7919)))
-            .collect();
+        let seeds: Vec<u64> = (0..SHAKES).map(|s| seed.wrapping_mul(31).wrapping_add(s * 7919)).collect();
+        let shakes = form.position_noise(plant, p, &seeds);
         let channels = (0..layout.channels.len())
             .map(|c| {
                 let left = saturated(layout, c, residual, columns);

@@ -1,6 +1,7 @@
 //! The imposed residual's prediction: the measured motor motion goes in, every other sensor comes out.
 
-use sinew_effect::Kind;
+use sinew_effect::{Kind, Wide};
+use sinew_model::Lanes;
 use sinew_plant::{Dynamics, Plant};
 use sinew_rigid::{Bodies, Scratch, inertias, mass_matrix_with};
 
@@ -56,6 +57,34 @@ pub(crate) fn predict<S: Kind>(
     channels: &[Channel],
     imposed: &[bool],
 ) -> Vec<Vec<S>> {
+    let (series, dynamics) = walked(plant, p, record, channels, imposed);
+    series.logged(&dynamics, record.scales.step())
+}
+
+/// [`predict`] for several sets of parameters in one walk. A parameter must be zero in all sets or in none.
+pub(crate) fn predict_lanes(
+    plant: &Plant,
+    sets: &[Vec<f64>],
+    record: &Record,
+    channels: &[Channel],
+    imposed: &[bool],
+) -> Vec<Vec<Vec<f64>>> {
+    let lane = |k: usize| &sets[k.min(sets.len() - 1)];
+    let p: Vec<Wide> = (0..sets[0].len()).map(|i| Lanes(std::array::from_fn(|k| lane(k)[i]))).collect();
+    let (series, _) = walked(plant, &p, record, channels, imposed);
+    let logged = |(k, p): (usize, &Vec<f64>)| {
+        series.lane(k).logged(&Dynamics::new(plant, p), record.scales.step())
+    };
+    sets.iter().enumerate().map(logged).collect()
+}
+
+fn walked<'a, S: Kind>(
+    plant: &'a Plant,
+    p: &[S],
+    record: &'a Record,
+    channels: &'a [Channel],
+    imposed: &'a [bool],
+) -> (Series<'a, S>, Dynamics<'a, S>) {
     let mut walk = Walk::new(Dynamics::new(plant, p), record, imposed);
     let mut series = Series::new(channels, plant.model().nv, record.len());
     for k in 0..record.len() {
@@ -65,5 +94,5 @@ pub(crate) fn predict<S: Kind>(
             walk.step(k);
         }
     }
-    series.logged(&walk.dynamics, record.scales.step())
+    (series, walk.dynamics)
 }

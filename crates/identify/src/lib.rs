@@ -35,6 +35,7 @@ mod unknowns;
 mod verdict;
 mod views;
 mod walk;
+mod waves;
 
 pub use comparison::{Comparison, RunError, SignalError, Trace, compare};
 pub use diagnosis::{

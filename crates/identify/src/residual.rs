@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 
+use sinew_effect::LANES;
 use sinew_plant::Plant;
 
-use crate::imposed::{imposed_dofs, predict};
+use crate::imposed::{imposed_dofs, predict, predict_lanes};
 use crate::record::{Channel, Record};
 use crate::tangent::{by_work, tangent_rows};
 
@@ -14,10 +15,12 @@ pub(crate) trait ResidualForm: Sync {
     fn layout(&self) -> &Layout;
     /// Measured minus predicted, all rows.
     fn residual(&self, plant: &Plant, p: &[f64]) -> Vec<f64>;
+    /// The same of one plant at several sets of parameters.
+    fn residuals(&self, plant: &Plant, sets: &[Vec<f64>]) -> Vec<Vec<f64>>;
     /// ∂ predicted / ∂ p, one column for each of `positions`.
     fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize]) -> Vec<Vec<f64>>;
-    /// Residual rows that the noise of the imposed positions causes, for one realisation of it.
-    fn position_noise(&self, plant: &Plant, p: &[f64], seed: u64) -> Vec<f64>;
+    /// Residual rows that the noise of the imposed positions causes, for one realisation of it a seed.
+    fn position_noise(&self, plant: &Plant, p: &[f64], seeds: &[u64]) -> Vec<Vec<f64>>;
 }
 
 /// The rows of one channel in one run.
@@ -167,6 +170,21 @@ impl<'a> Imposed<'a> {
     }
 }
 
+impl Imposed<'_> {
+    // Rows of one record for up to LANES sets of parameters, in one walk where the same joints are simulated.
+    fn predicted_in_lanes(&self, plant: &Plant, sets: &[Vec<f64>], record: &Record) -> Vec<Vec<f64>> {
+        let imposed: Vec<Vec<bool>> = sets.iter().map(|p| imposed_dofs(plant, p, record)).collect();
+        let channels = &self.layout.channels;
+        let alike = |p: &Vec<f64>| p.iter().zip(&sets[0]).all(|(a, b)| (*a == 0.0) == (*b == 0.0));
+        let rows = |series: Vec<Vec<f64>>| series.iter().flat_map(|s| record.rows(s)).collect();
+        if sets.len() == 1 || imposed.iter().any(|i| *i != imposed[0]) || !sets.iter().all(alike) {
+            let one = |(p, i): (&Vec<f64>, &Vec<bool>)| rows(predict(plant, p, record, channels, i));
+            return sets.iter().zip(&imposed).map(one).collect();
+        }
+        predict_lanes(plant, sets, record, channels, &imposed[0]).into_iter().map(rows).collect()
+    }
+}
+
 impl ResidualForm for Imposed<'_> {
     fn layout(&self) -> &Layout {
         &self.layout
@@ -175,6 +193,23 @@ impl ResidualForm for Imposed<'_> {
     fn residual(&self, plant: &Plant, p: &[f64]) -> Vec<f64> {
         let predicted = self.predicted(plant, p, self.records);
         self.measured.iter().zip(predicted).map(|(m, u)| m - u).collect()
+    }
+
+    fn residuals(&self, plant: &Plant, sets: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let jobs: Vec<(&[Vec<f64>], &Record)> =
+            sets.chunks(LANES).flat_map(|lanes| self.records.iter().map(move |r| (lanes, r))).collect();
+        let parts: Vec<Vec<Vec<f64>>> = jobs
+            .par_iter()
+            .map(|(lanes, record)| self.predicted_in_lanes(plant, lanes, record))
+            .collect();
+        let runs = self.records.len();
+        (0..sets.len())
+            .map(|k| {
+                let of_set = &parts[k / LANES * runs..(k / LANES + 1) * runs];
+                let predicted = of_set.iter().flat_map(|part| &part[k % LANES]);
+                self.measured.iter().zip(predicted).map(|(m, u)| m - u).collect()
+            })
+            .collect()
     }
 
     fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize]) -> Vec<Vec<f64>> {
@@ -200,16 +235,17 @@ impl ResidualForm for Imposed<'_> {
         columns
     }
 
-    fn position_noise(&self, plant: &Plant, p: &[f64], seed: u64) -> Vec<f64> {
-        let noisy: Vec<Record> = self
-            .records
-            .iter()
-            .enumerate()
-            .map(|(k, record)| with_position_noise(record, self.nv, seed.wrapping_add(k as u64)))
-            .collect();
+    fn position_noise(&self, plant: &Plant, p: &[f64], seeds: &[u64]) -> Vec<Vec<f64>> {
         let clean = self.predicted(plant, p, self.records);
-        let shaken = self.predicted(plant, p, &noisy);
-        shaken.iter().zip(clean).map(|(a, b)| a - b).collect()
+        let of = |seed: &u64| -> Vec<f64> {
+            let records = self.records.iter().enumerate();
+            let noisy: Vec<Record> = records
+                .map(|(k, record)| with_position_noise(record, self.nv, seed.wrapping_add(k as u64)))
+                .collect();
+            let shaken = self.predicted(plant, p, &noisy);
+            shaken.iter().zip(&clean).map(|(a, b)| a - b).collect()
+        };
+        seeds.par_iter().map(of).collect()
     }
 }
 

@@ -27,45 +27,63 @@ pub(crate) fn all_columns(
                 .unwrap_or_else(|| linear.iter().map(|t| derivatives(problem, model, &[t])?.pop()?).collect())
         },
         || -> Vec<Option<Vec<Vec<f64>>>> {
-            trials
-                .par_iter()
-                .map(|trial| match &trial.how {
-                    How::New { spec, exact: true, .. } => secant(problem, model, residual, spec),
-                    How::New { .. } => None,
-                    How::Release { .. } => Some(Vec::new()),
-                })
-                .collect()
+            let families: Vec<Vec<&EffectSpec>> = families(trials);
+            families.par_iter().map(|family| secants(problem, model, residual, family)).collect::<Vec<_>>().concat()
         },
     );
-    let mut linear = linear.into_iter();
-    let sets = trials.iter().zip(secants);
-    sets.map(|(trial, secant)| if is_linear(trial) { linear.next().flatten() } else { secant })
-        .map(|set| set.filter(|set| set.iter().flatten().all(|x| x.is_finite())))
-        .collect()
+    let (mut linear, mut secants) = (linear.into_iter(), secants.into_iter());
+    let set_of = |trial: &Trial| match &trial.how {
+        How::New { exact: true, .. } => secants.next().flatten(),
+        How::New { .. } => linear.next().flatten(),
+        How::Release { .. } => Some(Vec::new()),
+    };
+    let finite = |set: &Vec<Vec<f64>>| set.iter().flatten().all(|x| x.is_finite());
+    trials.iter().map(set_of).map(|set| set.filter(finite)).collect()
 }
 
-// What the effect changes when it is switched on.
-fn secant(
+// Exact trials that follow each other with the same effect at the same place.
+fn families(trials: &[Trial]) -> Vec<Vec<&EffectSpec>> {
+    let mut families: Vec<Vec<&EffectSpec>> = Vec::new();
+    for trial in trials {
+        let How::New { spec, exact: true, .. } = &trial.how else { continue };
+        match families.last_mut().filter(|f| f[0].kind == spec.kind && f[0].place == spec.place) {
+            Some(family) => family.push(spec),
+            None => families.push(vec![spec]),
+        }
+    }
+    families
+}
+
+// What an effect changes when it is switched on, for each of its start values.
+fn secants(
     problem: &Problem,
     model: &Candidate,
     residual: &[f64],
-    spec: &EffectSpec,
-) -> Option<Vec<Vec<f64>>> {
-    let mut specs = model.specs.clone();
-    specs.push(spec.clone());
-    let extended = Candidate::new(problem, specs).ok()?;
-    let mut p = model.p.clone();
-    p.extend_from_slice(&extended.p[model.p.len()..]);
-    if extended.plant.elastic() != model.plant.elastic() {
+    family: &[&EffectSpec],
+) -> Vec<Option<Vec<Vec<f64>>>> {
+    let extended = |spec: &EffectSpec| {
+        let specs = model.specs.iter().chain([spec]).cloned().collect();
+        Candidate::new(problem, specs).ok()
+    };
+    let Some(plant) = extended(family[0]).map(|c| c.plant) else { return vec![None; family.len()] };
+    let mut stated = model.p.clone();
+    if plant.elastic() != model.plant.elastic() {
         // A rigid base has bent its parameters to imitate the spring: back to what was stated.
         for u in &model.unknowns {
             if let Some((mean, _)) = u.prior {
-                p[u.position] = mean;
+                stated[u.position] = mean;
             }
         }
     }
-    let changed = problem.form.residual(&extended.plant, &p);
-    Some(vec![residual.iter().zip(&changed).map(|(a, b)| a - b).collect()])
+    let with = |spec: &&EffectSpec| -> Option<Vec<f64>> {
+        let own = extended(spec)?.p;
+        Some(stated.iter().chain(&own[model.p.len()..]).copied().collect())
+    };
+    let Some(sets) = family.iter().map(with).collect::<Option<Vec<_>>>() else {
+        return vec![None; family.len()];
+    };
+    let secant = |changed: Vec<f64>| Some(vec![residual.iter().zip(changed).map(|(a, b)| a - b).collect()]);
+    problem.form.residuals(&plant, &sets).into_iter().map(secant).collect()
 }
 
 // Derivatives along the strengths of several trials at zero, in one plant; none if there is no such plant.

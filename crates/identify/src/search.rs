@@ -1,5 +1,7 @@
 //! The search: screen, refit, accept, prune, until nothing in the catalogue passes the gates.
 
+use std::sync::OnceLock;
+
 use rayon::prelude::*;
 
 use sinew_effect::Sensor;
@@ -14,7 +16,8 @@ use crate::record::{Channel, Record, Sensors};
 use crate::refit::{Fitted, Refit, refit};
 use crate::report::Refusal;
 use crate::screen::{Score, Screen, all_columns};
-use crate::trial::{How, Offer, Trial, harmonics};
+use crate::trial::{How, Offer, Trial};
+use crate::waves::Waves;
 
 /// A model at its fit, with the noise that it leaves.
 pub(crate) struct State {
@@ -47,6 +50,9 @@ pub(crate) struct Search<'a> {
     pub refusals: Vec<Refusal>,
     /// Labels of candidates that are not offered again.
     pub banned: Vec<String>,
+    // What depends on the runs only, made when it is first asked for.
+    features: OnceLock<Vec<Vec<f64>>>,
+    waves: OnceLock<Vec<Waves>>,
 }
 
 /// Result of one round of screening and refitting.
@@ -70,7 +76,16 @@ const TIE_Z: f64 = 3.0;
 impl<'a> Search<'a> {
     pub fn new(problem: &'a Problem<'a>, records: &'a [Record], sensors: &'a Sensors) -> Self {
         let channel_std = channel_std(problem, records);
-        Self { problem, records, sensors, channel_std, refusals: Vec::new(), banned: Vec::new() }
+        Self {
+            problem,
+            records,
+            sensors,
+            channel_std,
+            refusals: Vec::new(),
+            banned: Vec::new(),
+            features: OnceLock::new(),
+            waves: OnceLock::new(),
+        }
     }
 
     /// The base fit: every parameter within its tolerance, and the noise it leaves.
@@ -135,9 +150,10 @@ impl<'a> Search<'a> {
         let layout = self.problem.form.layout();
         let seed = self.problem.options.seed;
         let rows = (0..layout.channels.len()).map(|c| rows_of(layout, c).count()).min().unwrap_or(0);
-        let features = random_features(self.records, layout, FEATURES.min(rows / 8), seed);
+        let features =
+            self.features.get_or_init(|| random_features(self.records, layout, FEATURES.min(rows / 8), seed));
         let mut all: Vec<&[Vec<f64>]> = columns.to_vec();
-        all.push(&features);
+        all.push(features);
         Whitener::estimate(self.problem.form, self.records, &model.plant, &model.p, residual, &all, seed)
     }
 
@@ -149,7 +165,9 @@ impl<'a> Search<'a> {
                 rows.map(|k| if layout.keep[k] { residual[k] / self.channel_std[c] } else { 0.0 }).collect()
             })
             .collect();
-        let harmonics = harmonics(self.records, self.sensors, &scaled);
+        let waves = self.waves.get_or_init(|| Waves::of(self.records, self.sensors));
+        let harmonics: Vec<(usize, f64)> =
+            waves.iter().flat_map(|w| w.harmonics(self.sensors, &scaled).map(|n| (w.dof, n))).collect();
         let offer = Offer {
             problem: self.problem,
             model,

@@ -1,6 +1,6 @@
 //! The predicted channels along a run, from the evaluations at its grid steps.
 
-use sinew_effect::{Actuation, Kind, Sensor};
+use sinew_effect::{Actuation, Kind, Sensor, Wide};
 use sinew_model::Scalar;
 use sinew_plant::{Dynamics, ImposedOut, LinkState};
 
@@ -47,10 +47,19 @@ impl<'c, S: Kind> Series<'c, S> {
         self.actuation.copy_from_slice(actuation);
     }
 
-    /// The channels as their sensors log them, on the grid.
+    /// The channels as their sensors log them, on the grid. `dynamics` is that of the same parameters.
     pub fn logged(self, dynamics: &Dynamics<S>, step: f64) -> Vec<Vec<S>> {
         let Self { channels, raw, actuation } = self;
         raw.into_iter().zip(channels).map(|(raw, c)| logged(raw, c, &actuation[c.dof], dynamics, step)).collect()
+    }
+}
+
+impl<'c> Series<'c, Wide> {
+    /// One lane of several. Delays differ from lane to lane, so each is logged by itself.
+    pub fn lane(&self, k: usize) -> Series<'c, f64> {
+        let raw = self.raw.iter().map(|r| r.iter().map(|x| x.0[k]).collect()).collect();
+        let drive = |a: &Actuation<Wide>| Actuation { gain: a.gain.0[k], lag: a.lag.0[k], delay: a.delay.0[k] };
+        Series { channels: self.channels, raw, actuation: self.actuation.iter().map(drive).collect() }
     }
 }
 

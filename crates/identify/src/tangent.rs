@@ -58,6 +58,8 @@ const NEXT: usize = 2;
 struct Tangent<'a> {
     walk: Walk<'a, f64>,
     at: ImposedAt,
+    // The state has no derivative along any of the parameters.
+    still: bool,
     // Own states that some present effect feels.
     live: Vec<usize>,
     states: Vec<Pass<'a>>,
@@ -109,11 +111,20 @@ impl<'a> Tangent<'a> {
         let is_present: Vec<bool> = (0..plant.effects().len()).map(|k| present(plant, p, k)).collect();
         let base = Dynamics::of_some(plant, p, |k| is_present[k], |k| is_present[k]);
         let walk = Walk::new(base, record, imposed);
-        let live: Vec<usize> =
+        let mut live: Vec<usize> =
             (0..is_present.len()).filter(|&k| is_present[k]).flat_map(|k| plant.own_states(k)).collect();
         let constants: Vec<Derivative> = p.iter().map(|&x| Derivative::constant(x)).collect();
         let rows = walk.free.len() + 2 * nv + 2 * live.len();
-        let along: Vec<usize> = (0..2 * walk.free.len() + live.len()).collect();
+        let mut along: Vec<usize> = (0..2 * walk.free.len() + live.len()).collect();
+        let passes: Vec<Pass> = positions
+            .chunks(DIRECTIONS)
+            .map(|chunk| Pass::along(plant, &constants, chunk, &is_present, rows))
+            .collect();
+        let still = passes.iter().all(|pass| pass.quiet && pass.remembers.is_empty());
+        if still {
+            live.clear();
+            along.clear();
+        }
         let states = along
             .chunks(DIRECTIONS)
             .map(|directions| {
@@ -133,16 +144,16 @@ impl<'a> Tangent<'a> {
                 pass
             })
             .collect();
-        let parameters = positions
-            .chunks(DIRECTIONS)
-            .map(|chunk| Forced {
-                pass: Pass::along(plant, &constants, chunk, &is_present, rows),
+        let parameters = passes
+            .into_iter()
+            .map(|pass| Forced {
+                pass,
                 y: vec![[0.0; DIRECTIONS]; along.len()],
                 actuation: vec![Actuation::default(); nv],
                 series: Series::new(channels, nv, record.len()),
             })
             .collect();
-        Self { walk, at: ImposedAt::new(plant), live, states, parameters }
+        Self { walk, at: ImposedAt::new(plant), still, live, states, parameters }
     }
 
     fn run(&mut self) {
@@ -155,14 +166,16 @@ impl<'a> Tangent<'a> {
             copy(&self.walk.x, &mut here);
             copy_motion(&self.at.out, &mut self.walk.out);
             self.walk.step(k);
-            if !self.walk.free.is_empty() {
+            if !self.still && !self.walk.free.is_empty() {
                 copy(&self.walk.x, &mut next);
                 self.go_halfway(k, &here, &next);
                 self.linearise(k, 0.5, MIDDLE);
                 copy(&next, &mut self.walk.x);
             }
             self.linearise(k + 1, 0.0, NEXT);
-            self.step(&here.z);
+            if !self.still {
+                self.step(&here.z);
+            }
             for pass in self.states.iter_mut().chain(self.parameters.iter_mut().map(|f| &mut f.pass)) {
                 pass.rows.swap(HERE, NEXT);
             }
@@ -186,12 +199,16 @@ impl<'a> Tangent<'a> {
 
     // Rows of every pass at the walk's state, a share of a step after grid step `k`.
     fn linearise(&mut self, k: usize, share: f64, instant: usize) {
-        let Self { walk, at, live, states, parameters } = self;
+        let Self { walk, at, still, live, states, parameters } = self;
         if share == 0.0 {
             walk.set_motor(k);
         }
         let motor = MotorMotion { acceleration: &walk.acceleration, imposed: walk.imposed };
-        walk.dynamics.imposed_at(&walk.x, motor, at);
+        if *still {
+            walk.dynamics.imposed_torque(&walk.x, motor, &mut at.out);
+        } else {
+            walk.dynamics.imposed_at(&walk.x, motor, at);
+        }
         for pass in states.iter_mut().chain(parameters.iter_mut().map(|f| &mut f.pass)) {
             if share == 0.0 || !pass.quiet {
                 pass.linearise(walk, at, live, (k, share), instant);
@@ -217,7 +234,7 @@ impl<'a> Tangent<'a> {
     // The springs start at rest: A_q δq + b = 0.
     fn balance(&mut self) {
         let n = self.walk.free.len();
-        if n == 0 {
+        if n == 0 || self.still {
             return;
         }
         let states = &self.states;
@@ -300,8 +317,8 @@ impl<'a> Tangent<'a> {
                 forced.pass.out.tau_j[i].derivative =
                     Self::total(states, forced, &forced.y, n + nv + i, HERE);
             }
-            for (s, &i) in walk.free.iter().enumerate() {
-                forced.pass.x.q[i].derivative = forced.y[s];
+            for (&i, y) in walk.free.iter().zip(&forced.y) {
+                forced.pass.x.q[i].derivative = *y;
             }
             let Forced { pass, series, actuation, .. } = forced;
             series.store(&pass.dynamics, &pass.x, walk.imposed, &pass.out, actuation);

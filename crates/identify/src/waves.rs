@@ -1,0 +1,73 @@
+//! The position scan: which periods a turn the residual of a joint follows.
+
+use crate::least_squares::dot;
+use crate::record::{Record, Sensors};
+
+// Periods a turn that the scan tries.
+const MOST_PERIODS: usize = 140;
+// Fewest periods in the range moved.
+const FEWEST_PERIODS: f64 = 2.5;
+// Peaks taken from one channel, and in all.
+const PEAKS: usize = 3;
+const MOST: usize = 6;
+
+/// φ∗sin nθ and φ∗cos nθ of one joint over all runs, for every n of the scan.
+pub(crate) struct Waves {
+    pub dof: usize,
+    first: usize,
+    pairs: Vec<[Vec<f64>; 2]>,
+}
+
+impl Waves {
+    /// The waves of every joint that moves far enough.
+    pub fn of(records: &[Record], sensors: &Sensors) -> Vec<Self> {
+        let imposed = (0..sensors.imposed.len()).filter(|&dof| sensors.imposed[dof].is_some());
+        imposed.filter_map(|dof| Self::of_joint(records, dof)).collect()
+    }
+
+    fn of_joint(records: &[Record], dof: usize) -> Option<Self> {
+        let all = || records.iter().flat_map(|r| r.theta[dof].iter().copied());
+        let range = all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min);
+        if range <= 0.0 {
+            return None;
+        }
+        let first = ((FEWEST_PERIODS * std::f64::consts::TAU / range).ceil() as usize).max(4);
+        let wave = |n: usize, f: fn(f64) -> f64| -> Vec<f64> {
+            let of = |r: &Record| r.rows(&r.theta[dof].iter().map(|t| f(n as f64 * t)).collect::<Vec<_>>());
+            records.iter().flat_map(of).collect()
+        };
+        let pairs = (first..=MOST_PERIODS).map(|n| [wave(n, f64::sin), wave(n, f64::cos)]).collect();
+        Some(Self { dof, first, pairs })
+    }
+
+    /// The best few periods a turn by least squares on the joint's channels; `scaled` holds the rows of each channel.
+    pub fn harmonics(&self, sensors: &Sensors, scaled: &[Vec<f64>]) -> impl Iterator<Item = f64> {
+        let channels = (0..sensors.channels.len()).filter(|&c| sensors.channels[c].dof == self.dof);
+        let mut best: Vec<usize> = Vec::new();
+        for channel in channels {
+            let spectrum: Vec<f64> = self.pairs.iter().map(|pair| explained(pair, &scaled[channel])).collect();
+            let peak = |k: usize| {
+                (k == 0 || spectrum[k] >= spectrum[k - 1])
+                    && (k + 1 == spectrum.len() || spectrum[k] > spectrum[k + 1])
+            };
+            let mut peaks: Vec<usize> = (0..spectrum.len()).filter(|&k| peak(k)).collect();
+            peaks.sort_by(|&a, &b| spectrum[b].total_cmp(&spectrum[a]));
+            best.extend(peaks.into_iter().take(PEAKS));
+        }
+        let mut kept: Vec<usize> = Vec::new();
+        for k in best {
+            if kept.iter().all(|&other: &usize| other.abs_diff(k) > 1) && kept.len() < MOST {
+                kept.push(k);
+            }
+        }
+        let first = self.first;
+        kept.into_iter().map(move |k| (first + k) as f64)
+    }
+}
+
+// Squared residual that a sine and a cosine explain together.
+fn explained([s, c]: &[Vec<f64>; 2], e: &[f64]) -> f64 {
+    let (ss, cc, sc, se, ce) = (dot(s, s), dot(c, c), dot(s, c), dot(s, e), dot(c, e));
+    let determinant = (ss * cc - sc * sc).max(1e-12);
+    (cc * se * se - 2.0 * sc * se * ce + ss * ce * ce) / determinant
+}
