@@ -6,7 +6,7 @@ use clap::{Parser, Subcommand};
 
 use crate::console::Console;
 use crate::error::CliError;
-use crate::{add, check, compare, demo, diagnose, discover, effects, fit, report, simulate};
+use crate::{add, check, compare, demo, diagnose, discover, effects, fit, report, simulate, trial};
 
 /// Compare a robot's model with its measurements, find the missing effect, watch the error fall.
 #[derive(Debug, Parser)]
@@ -44,6 +44,8 @@ enum Verb {
     Fit(fit::Fit),
     /// Diagnose, add and fit until nothing is left that the catalogue explains
     Discover(discover::Discover),
+    /// How often the search would accept an effect on surrogates of these runs, where nothing is missing
+    Trial(trial::Trial),
     /// List the catalogue, or show one effect
     Effects(effects::Effects),
     /// Write the page: verdict, ladder and views in one HTML file
@@ -63,6 +65,7 @@ impl Command {
             Verb::Add(add) => add.run(&console)?,
             Verb::Fit(fit) => fit.run(&console)?,
             Verb::Discover(discover) => discover.run(&console)?,
+            Verb::Trial(trial) => trial.run(&console)?,
             Verb::Effects(effects) => effects.run(&console)?,
             Verb::Report(report) => report.run(&console)?,
         }

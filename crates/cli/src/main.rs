@@ -22,6 +22,7 @@ mod report;
 mod simulate;
 mod table;
 mod tracking;
+mod trial;
 
 use std::process::ExitCode;
 

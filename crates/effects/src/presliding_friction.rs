@@ -41,6 +41,9 @@ static CARD: Card = Card {
     ],
     screening: Screening::Exact {
         strengths: &[
+            1.0 / 60.0,
+            1.0 / 125.0,
+            1.0 / 250.0,
             1.0 / 500.0,
             1.0 / 991.0,
             1.0 / 1963.0,

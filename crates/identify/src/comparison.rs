@@ -208,8 +208,15 @@ fn run_errors(search: &Search, residual: &[f64], floors: &[f64]) -> Vec<RunError
 
 /// Root mean square over channels of error by floor.
 pub(crate) fn total(search: &Search, residual: &[f64], floors: &[f64]) -> f64 {
+    rms(by_channel(search, residual, floors).into_iter())
+}
+
+/// Error by floor of every channel.
+pub(crate) fn by_channel(search: &Search, residual: &[f64], floors: &[f64]) -> Vec<f64> {
     let layout = search.problem.form.layout();
-    rms((0..layout.channels.len()).map(|c| rms(rows_of(layout, c).map(|k| residual[k])) / floors[c]))
+    (0..layout.channels.len())
+        .map(|c| rms(rows_of(layout, c).map(|k| residual[k])) / floors[c])
+        .collect()
 }
 
 /// Curves of every channel and run at the residual's rows.

@@ -13,6 +13,7 @@ use crate::fitting::{ParameterReport, parameters};
 use crate::problem::Problem;
 use crate::report::{Finding, Refusal, Verdict};
 use crate::search::{Accepted as Entry, Search, State};
+use crate::surrogate::{MOST_ACCEPTED, counted, sentence, surrogates};
 use crate::trial::Trial;
 use crate::verdict::{channels, word};
 use crate::{IdentifyError, Options};
@@ -121,7 +122,7 @@ pub fn diagnose(
     let floors: Vec<f64> = base.whitener.channels.iter().map(|c| c.floor).collect();
     let findings = as_given(&search, &floors)?.0.findings;
     let explored = explore(&mut search, base, None)?;
-    Ok(report(&search, &explored, findings, scope(robot, &prepared.sensors, runs)))
+    report(&search, &explored, findings, scope(robot, &prepared.sensors, runs))
 }
 
 /// The diagnosis of a finished search.
@@ -130,7 +131,7 @@ pub(crate) fn report(
     explored: &Explored,
     findings: Vec<Finding>,
     scope: String,
-) -> Diagnosis {
+) -> Result<Diagnosis, IdentifyError> {
     let state = &explored.state;
     let findings = clocks(search, state).into_iter().chain(findings).collect();
     let channels = channels(search, state);
@@ -138,11 +139,21 @@ pub(crate) fn report(
     let unfinished = matches!(verdict, Verdict::PartlyExplained | Verdict::Unexplained);
     let mut candidates: Vec<CandidateReport> =
         state.accepted.iter().map(|entry| candidate(search, state, entry, unfinished)).collect();
-    // A misfit this large on so few blocks: whatever is named rests on their chances.
+    // A name on so few blocks may rest on their chances: surrogates of the log tell.
     let few = search.problem.form.layout().blocks < FEWEST_BLOCKS;
-    if few && widening(search, state).powi(2) > LARGEST_MISFIT {
-        candidates.iter_mut().for_each(|c| c.probability = c.probability.min(0.5));
-        verdict = Verdict::Undecidable;
+    let mut scope = scope;
+    let mut false_acceptance = None;
+    if few && !state.accepted.is_empty() {
+        let count = counted(&surrogates(search, state)?);
+        scope.push_str(&format!("; {}", sentence(&count)));
+        // No name is surer than the search is right where nothing is missing (Laplace's rule of succession).
+        let right = 1.0 - (count.accepted + 1) as f64 / (count.surrogates + 2) as f64;
+        candidates.iter_mut().for_each(|c| c.probability = c.probability.min(right));
+        if count.accepted as f64 > MOST_ACCEPTED * count.surrogates as f64 {
+            candidates.iter_mut().for_each(|c| c.probability = c.probability.min(0.5));
+            verdict = Verdict::Undecidable;
+        }
+        false_acceptance = Some(count);
     }
     if !candidates.is_empty() && candidates.iter().all(|c| c.probability < 0.5) {
         verdict = Verdict::Undecidable;
@@ -155,16 +166,8 @@ pub(crate) fn report(
         .iter()
         .map(|e| Accepted { effect: e.trial.card.name.to_owned(), place: e.trial.place.to_string() })
         .collect();
-    Diagnosis {
-        verdict,
-        scope,
-        channels,
-        false_acceptance: None,
-        accepted,
-        candidates,
-        findings,
-        refusals: search.refusals.clone(),
-    }
+    let refusals = search.refusals.clone();
+    Ok(Diagnosis { verdict, scope, channels, false_acceptance, accepted, candidates, findings, refusals })
 }
 
 // Two encoders of one joint that are not read at the same instant: told before anything else.
@@ -194,9 +197,8 @@ fn clocks(search: &Search, state: &State) -> Vec<Finding> {
         .collect()
 }
 
-// One-second blocks and mean square of the whitened residual beyond which a search can decide.
+// One-second blocks from which a search can decide without asking surrogates.
 const FEWEST_BLOCKS: usize = 15;
-const LARGEST_MISFIT: f64 = 10.0;
 // A clock error is told if it is this share of a sample period.
 const CLOCK_SHARE: f64 = 0.3;
 

@@ -3,8 +3,9 @@
 use crate::IdentifyError;
 use crate::gates::{Evidence, Pair};
 use crate::problem::{Candidate, Problem, refine};
+use crate::comparison::by_channel;
 use crate::search::{Accepted, Round, Search, State};
-use crate::trial::How;
+use crate::trial::{How, Trial};
 use crate::verdict::rms;
 
 /// Runs that no fit and no gate uses.
@@ -20,6 +21,30 @@ impl Unseen<'_> {
     /// Error by floor over all channels.
     pub fn total(&self, model: &Candidate, floors: &[f64]) -> f64 {
         crate::comparison::total(self.search, &self.residual(model), floors)
+    }
+
+    /// Accepted effects that do not hold on these runs, each with the reason: those whose own channel gets worse; if
+    /// there is none and all channels together get worse, all that are new.
+    fn refused(&self, before: &State, after: &State) -> Vec<(Trial, String)> {
+        let floors: Vec<f64> = after.whitener.channels.iter().map(|c| c.floor).collect();
+        let of = |state: &State| by_channel(self.search, &self.residual(&state.fitted.model), &floors);
+        let (old, new) = (of(before), of(after));
+        let (old_total, new_total) = (rms(old.iter().copied()), rms(new.iter().copied()));
+        let added = &after.accepted[before.accepted.len()..];
+        let worse = |c: usize| new[c] > WORSE * old[c];
+        let own = added.iter().filter(|a| worse(a.evidence.channel)).map(|a| {
+            let c = a.evidence.channel;
+            let channel = &self.search.problem.form.layout().channels[c];
+            let joint = self.search.problem.robot.model.dof_name(channel.dof);
+            let signal = channel.signal();
+            (a.trial.clone(), format!("{signal}.{joint} of unseen runs gets worse ({:.2} → {:.2} × floor)", old[c], new[c]))
+        });
+        let own: Vec<(Trial, String)> = own.collect();
+        if own.is_empty() && new_total > WORSE * old_total {
+            let reason = format!("unseen runs get worse ({old_total:.2} → {new_total:.2} × floor)");
+            return added.iter().map(|a| (a.trial.clone(), reason.clone())).collect();
+        }
+        own
     }
 }
 
@@ -38,6 +63,8 @@ pub(crate) struct Explored {
     pub last: Option<Round>,
 }
 
+// Steps tried for each step that may be taken.
+const MOST_STEPS: usize = 2;
 // A step that makes the unseen error worse by more than this share is undone.
 const WORSE: f64 = 1.01;
 
@@ -52,36 +79,25 @@ pub(crate) fn explore(
     let mut last = None;
     let most = search.problem.options.most_effects;
     let mut step = 1;
-    while step <= most {
+    while step <= MOST_STEPS * most && rungs.len() <= most {
         let round = search.round(&state, step);
         if round.passed.is_empty() {
             last = Some(round);
             break;
         }
         let Some(next) = search.accept(&state, round)? else { break };
-        let added: Vec<_> = next.accepted[state.accepted.len()..].iter().map(|a| a.trial.clone()).collect();
-        if let Some(unseen) = unseen {
-            let floors: Vec<f64> = next.whitener.channels.iter().map(|c| c.floor).collect();
-            let total = |state: &State| unseen.total(&state.fitted.model, &floors);
-            let (before, after) = (total(&state), total(&next));
-            if after > WORSE * before {
-                for trial in &added {
-                    let reason = format!("unseen runs get worse ({before:.2} → {after:.2} × floor)");
-                    search.refuse(trial, step, reason);
-                    search.banned.push(trial.label());
-                }
-                state.trials.retain(|t| !search.banned.contains(&t.label()));
-                let fitted = &state.fitted;
-                state.columns = crate::screen::all_columns(
-                    search.problem,
-                    &fitted.model,
-                    &fitted.at.residual,
-                    &state.trials,
-                );
-                step += 1;
-                continue;
+        let refused = unseen.map(|u| u.refused(&state, &next)).unwrap_or_default();
+        if !refused.is_empty() {
+            for (trial, reason) in refused {
+                search.refuse(&trial, step, reason);
+                search.banned.push(trial.label());
             }
+            search.offer_again(&mut state);
+            step += 1;
+            continue;
         }
+        let added: Vec<Trial> =
+            next.accepted[state.accepted.len()..].iter().map(|a| a.trial.clone()).collect();
         state = next;
         let labels: Vec<String> = added.iter().map(|t| t.label()).collect();
         rungs.push(rung(&labels, &state, unseen));
@@ -144,6 +160,7 @@ fn pruned(
                     continue;
                 }
                 search.refuse(&trial, rungs.len(), format!("no longer needed: {reason}"));
+                search.banned.push(trial.label());
                 state = candidate;
                 let label = format!("−{}", trial.label());
                 rungs.push(rung(&[label], &state, unseen));

@@ -161,7 +161,7 @@ fn work(
     };
     let mut steps = vec![step(Vec::new(), &given_residual, given_unseen.as_ref())];
     steps.extend(explored.rungs.iter().map(|r| step(r.added.clone(), &r.residual, r.unseen.as_ref())));
-    let diagnosis = report(&search, &explored, given.findings, scope(robot, &prepared.sensors, runs));
+    let diagnosis = report(&search, &explored, given.findings, scope(robot, &prepared.sensors, runs))?;
     Ok(finished(&search, explored, diagnosis, steps, runs, check))
 }
 

@@ -21,6 +21,8 @@ pub(crate) struct Evidence {
     pub trimmed: f64,
     /// Largest share explained of a channel, in its standard deviation.
     pub share: f64,
+    /// The channel that the candidate explains most of.
+    pub channel: usize,
     /// Largest share of a channel's squared error explained.
     pub explained: f64,
     /// Largest share of a channel's unit noise variance explained.
@@ -53,7 +55,7 @@ impl Evidence {
         sorted.sort_by(f64::total_cmp);
         let cv: f64 = sorted.iter().sum();
         let best: f64 = sorted.iter().rev().take(2).sum();
-        let mut share: f64 = 0.0;
+        let (mut share, mut channel) = (0.0f64, 0);
         let mut material: f64 = 0.0;
         let mut explained: f64 = 0.0;
         let (mut worst, mut touched) = (1.0f64, false);
@@ -64,7 +66,10 @@ impl Evidence {
             );
             share = share.max(raw.max(0.0).sqrt() / channel_std[c].max(1e-300));
             material = material.max(white);
-            explained = explained.max(raw / mean_square(layout, c, pair.raw_before).max(1e-300));
+            let part = raw / mean_square(layout, c, pair.raw_before).max(1e-300);
+            if part > explained {
+                (explained, channel) = (part, c);
+            }
             if white > 0.01 {
                 let remaining = mean_square(layout, c, pair.after);
                 worst = if touched { worst.max(remaining) } else { remaining.max(1.0) };
@@ -78,6 +83,7 @@ impl Evidence {
             held_out: cv,
             trimmed: cv - best,
             share,
+            channel,
             explained: explained.max(0.0),
             material,
             temper: worst.max(1.0),

@@ -11,6 +11,7 @@ use crate::unknowns::Unknown;
 use crate::{IdentifyError, Options};
 
 /// What stays the same in a whole search.
+#[derive(Clone, Copy)]
 pub(crate) struct Problem<'a> {
     pub robot: &'a Robot,
     pub catalogue: &'a Catalogue,

@@ -131,25 +131,23 @@ fn vague(
         .then(|| "its strength is within two standard deviations of zero".to_owned())
 }
 
-// A parameter that must be positive and is driven to zero, or a strength that vanishes, speaks against the candidate.
+// A parameter that must be positive and is driven to zero, or strengths that all vanish, speak against the candidate.
 fn impossible(base: &Candidate, model: &Candidate, own: &[usize]) -> Option<String> {
     let name = |u: &Unknown| {
         let active = &model.plant.effects()[u.id.effect];
         format!("{} of {}", active.effect.card().parameters[u.id.parameter].key, active.label())
     };
-    for (k, u) in model.unknowns.iter().enumerate() {
-        let value = model.p[u.position];
-        if u.range.0 == 0.0 && !u.shape {
-            if own.contains(&k) {
-                if value <= 0.0 {
-                    return Some(format!("{} ends at zero", name(u)));
-                }
-            } else if let Some(before) = base.unknowns.get(k).map(|b| base.p[b.position])
-                && value < 0.1 * before
-            {
-                return Some(format!("drives {} to zero", name(u)));
-            }
-        }
+    let strength = |k: usize| (&model.unknowns[k], model.p[model.unknowns[k].position]);
+    let positive = |u: &Unknown| u.range.0 == 0.0 && !u.shape;
+    let mut strengths = own.iter().map(|&k| strength(k)).filter(|(u, _)| !u.shape);
+    if strengths.clone().all(|(u, value)| positive(u) && value <= 0.0)
+        && let Some((u, _)) = strengths.next()
+    {
+        return Some(format!("{} ends at zero", name(u)));
     }
-    None
+    let others = (0..model.unknowns.len()).filter(|k| !own.contains(k)).map(|k| (k, strength(k)));
+    others.filter(|(_, (u, _))| positive(u)).find_map(|(k, (u, value))| {
+        let before = base.unknowns.get(k).map(|b| base.p[b.position])?;
+        (value < 0.1 * before).then(|| format!("drives {} to zero", name(u)))
+    })
 }

@@ -88,6 +88,23 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// The same search for another problem on the same runs.
+    pub fn on<'b>(&self, problem: &'b Problem<'b>) -> Search<'b>
+    where
+        'a: 'b,
+    {
+        Search {
+            problem,
+            records: self.records,
+            sensors: self.sensors,
+            channel_std: self.channel_std.clone(),
+            refusals: Vec::new(),
+            banned: self.banned.clone(),
+            features: self.features.clone(),
+            waves: self.waves.clone(),
+        }
+    }
+
     /// The base fit: every parameter within its tolerance, and the noise it leaves.
     pub fn base(&self, specs: Vec<EffectSpec>) -> Result<State, IdentifyError> {
         let (model, at) = self.fitted(specs, 12)?;
@@ -144,6 +161,13 @@ impl<'a> Search<'a> {
         let white = whitener.apply(layout, &at.residual);
         let objective = crate::problem::objective(&white, &model);
         Ok(State { fitted: Fitted { model, at, white, objective }, whitener, accepted, trials, columns })
+    }
+
+    /// Takes banned candidates out of what is offered to a state.
+    pub fn offer_again(&self, state: &mut State) {
+        let trials = std::mem::take(&mut state.trials).into_iter().zip(std::mem::take(&mut state.columns));
+        let allowed = trials.filter(|(trial, _)| !self.banned.contains(&trial.label()));
+        (state.trials, state.columns) = allowed.unzip();
     }
 
     fn noise(&self, model: &Candidate, residual: &[f64], columns: &[&[Vec<f64>]]) -> Whitener {
@@ -225,17 +249,13 @@ impl<'a> Search<'a> {
     // The best start values of each effect and place; of those the best by the fall of the objective.
     fn short_list(&mut self, trials: &[Trial], scores: &[Option<Score>], step: usize) -> Vec<usize> {
         let mut best: Vec<usize> = Vec::new();
+        let mut out: Vec<usize> = Vec::new();
         for k in 0..trials.len() {
             let Some(score) = &scores[k] else { continue };
-            if let Some(reason) = &score.out {
-                if score.drop > 30.0 {
-                    self.refuse(&trials[k], step, reason.clone());
-                }
-                continue;
-            }
             if !score.drop.is_finite() || score.drop < 12.0 {
                 continue;
             }
+            let best = if score.out.is_some() { &mut out } else { &mut best };
             match best.iter_mut().find(|b| trials[**b].label() == trials[k].label()) {
                 Some(slot) => {
                     if scores[*slot].as_ref().is_some_and(|s| s.drop < score.drop) {
@@ -246,6 +266,11 @@ impl<'a> Search<'a> {
             }
         }
         let drop = |k: usize| scores[k].as_ref().map_or(0.0, |s| s.drop);
+        for k in out.into_iter().filter(|&k| drop(k) > 30.0) {
+            if let Some(reason) = scores[k].as_ref().and_then(|s| s.out.clone()) {
+                self.refuse(&trials[k], step, reason);
+            }
+        }
         best.sort_by(|&a, &b| drop(b).total_cmp(&drop(a)));
         let mut list: Vec<usize> = Vec::new();
         let top = best.first().map_or(0.0, |&k| drop(k));

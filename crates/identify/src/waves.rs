@@ -12,6 +12,7 @@ const PEAKS: usize = 3;
 const MOST: usize = 6;
 
 /// φ∗sin nθ and φ∗cos nθ of one joint over all runs, for every n of the scan.
+#[derive(Debug, Clone)]
 pub(crate) struct Waves {
     pub dof: usize,
     first: usize,
