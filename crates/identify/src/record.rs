@@ -176,7 +176,7 @@ impl Record {
                 grid.push(thin(series, trim));
             }
             thetad_wide.push(thin(wide.rate(&x), 0));
-            position_noise.push(instrument_noise(signal));
+            position_noise.push(noise_of(signal, &x));
         }
         let (mut measured, mut noise) = (Vec::new(), Vec::new());
         let mut start = vec![None; model.nv];
@@ -194,7 +194,7 @@ impl Record {
                 let last = &measured[measured.len() - 1];
                 start[channel.dof] = Some((0..first).map(|k| [last[k], rate[k]]).collect());
             }
-            noise.push(instrument_noise(&signal));
+            noise.push(noise_of(&signal, &resample(&run.time, &signal.values, &grid)));
         }
         Ok(Self {
             name: run.name.clone(),
@@ -231,6 +231,11 @@ impl Record {
     pub fn centre(&self, row: usize) -> usize {
         self.scales.kernel + row * self.scales.every
     }
+}
+
+/// Standard deviation of the noise of a signal that was read at even times: stamps that jitter are no noise.
+pub(crate) fn noise_of(signal: &Signal, even: &[f64]) -> f64 {
+    instrument_noise(&Signal { values: even.to_vec(), ..signal.clone() })
 }
 
 // Motor torque, or current times the torque constant.

@@ -1,8 +1,9 @@
 //! Time scales of the method, chosen by the sample rate of the log.
 
-use sinew_data::{Quantity, Run, instrument_noise};
+use sinew_data::{Quantity, Run, Uniform, resample};
 
 use crate::Options;
+use crate::record::noise_of;
 
 /// Widths and strides, in samples of the log or in steps of the grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,12 +29,12 @@ impl Scales {
     pub fn of(runs: &[Run], options: &Options) -> Self {
         let period = runs.iter().map(Run::period).fold(f64::INFINITY, f64::min);
         let rate = 1.0 / period;
-        // Plateaus of the width scans on measured logs: 250 Hz 32 ms, 100 Hz 110 ms. Fast logs: as narrow as the
-        // encoders allow, since a wide kernel rounds the reversals.
+        // The motion is smoothed as little as the encoders allow, since the sign of a smoothed velocity is not the
+        // smoothed sign: what is left of the noise is φ's to take away, from measurement and prediction alike.
         let (smooth, kernel, every) = match rate {
-            r if r >= 500.0 => (narrowest(runs, period), 0.024, 0.016),
-            r if r >= 200.0 => (0.032, 0.040, 0.024),
-            r if r >= 80.0 => (0.110, 0.070, 0.040),
+            r if r >= 500.0 => (narrowest(runs, period, &FAST, 2e-4), 0.024, 0.016),
+            r if r >= 200.0 => (0.016, 0.050, 0.024),
+            r if r >= 80.0 => (narrowest(runs, period, &SLOW, 2e-3), 0.100, 0.050),
             _ => (5.0 * period, 4.0 * period, 2.0 * period),
         };
         let smooth = options.smoothing.unwrap_or(smooth);
@@ -57,24 +58,28 @@ impl Scales {
     }
 }
 
-// Half widths tried on fast logs, s.
-const WIDTHS: [f64; 5] = [0.006, 0.008, 0.012, 0.016, 0.024];
-// Largest noise of the smoothed velocity, as a share of the top speed.
-const VELOCITY_NOISE: f64 = 2e-4;
+// Half widths tried on logs of 500 Hz and more, and on those of 80 to 200 Hz, s.
+const FAST: [f64; 5] = [0.006, 0.008, 0.012, 0.016, 0.024];
+const SLOW: [f64; 4] = [0.030, 0.050, 0.080, 0.110];
 
-// The narrowest half width that keeps the noise of every joint's velocity small against its speed.
-fn narrowest(runs: &[Run], period: f64) -> f64 {
+// The narrowest half width that keeps the noise of every joint's velocity below a share of its top speed.
+fn narrowest(runs: &[Run], period: f64, widths: &[f64], share: f64) -> f64 {
     let quiet = |seconds: f64, run: &Run| {
-        let positions = run.signals.iter().filter(|s| s.quantity == Quantity::MotorPosition);
-        positions.into_iter().all(|signal| {
+        let joints = run.joints();
+        let position = |joint: &str| {
+            let of = |quantity| run.signal(quantity, joint);
+            of(Quantity::MotorPosition).or_else(|| of(Quantity::JointPosition))
+        };
+        joints.into_iter().filter_map(position).all(|signal| {
             let w = seconds / period;
             // σ ‖ḣ‖
-            let noise = instrument_noise(signal) * 1.9 / (w * w.sqrt() * period);
+            let even = resample(&run.time, &signal.values, &Uniform::within(&run.time, period));
+            let noise = noise_of(signal, &even) * 1.9 / (w * w.sqrt() * period);
             let slopes = signal.values.windows(2).zip(run.time.windows(2));
             let top = slopes.map(|(x, t)| ((x[1] - x[0]) / (t[1] - t[0])).abs()).fold(0.0, f64::max);
-            noise <= VELOCITY_NOISE * top
+            noise <= share * top
         })
     };
     let fits = |seconds: &&f64| runs.iter().all(|run| quiet(**seconds, run));
-    *WIDTHS.iter().find(fits).unwrap_or(&WIDTHS[WIDTHS.len() - 1])
+    *widths.iter().find(fits).unwrap_or(&widths[widths.len() - 1])
 }

@@ -1,0 +1,193 @@
+//! What a name is worth on a log: how often the search accepts an effect on surrogates of it, where none is missing.
+//!
+//! A surrogate is what the final model predicts plus its own residual, turned about so that it no longer belongs to the
+//! motion: with a random sign for each block of a second, or shifted in time by a random amount. Its errors are as
+//! large, as coloured and as uneven as those of the log; whatever is accepted on it is accepted falsely.
+//!
+//! Source: Theiler, Eubank, Longtin, Galdrikian, Farmer: *Testing for nonlinearity in time series: the method of
+//! surrogate data*, Physica D 58, 1992.
+
+use rand::{Rng, SeedableRng, rngs::SmallRng};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use sinew_data::Run;
+use sinew_effect::Catalogue;
+use sinew_model::Robot;
+use sinew_plant::Plant;
+
+use crate::comparison::Prepared;
+use crate::diagnosis::FalseAcceptance;
+use crate::explore::explore;
+use crate::problem::{Candidate, Problem};
+use crate::residual::{Layout, ResidualForm};
+use crate::search::{Search, State};
+use crate::{IdentifyError, Options};
+
+/// Surrogates of each kind.
+pub(crate) const SURROGATES: u64 = 10;
+/// Share of surrogates with an acceptance beyond which a log cannot decide.
+pub(crate) const MOST_ACCEPTED: f64 = 0.2;
+
+/// How a residual is taken from its motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Turned {
+    /// A random sign for each block of a second.
+    Flipped,
+    /// Shifted in time by a random amount, the end put before the start.
+    Shifted,
+}
+
+/// What was accepted on one surrogate.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SurrogateReport {
+    /// How it was made.
+    pub turned: Turned,
+    /// The effect accepted first, `effect@place`; none if nothing was.
+    pub accepted: Option<String>,
+}
+
+/// The answer of a trial.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrialReport {
+    /// Effects of the model whose residual was used, `effect@place`, beyond those of the robot.
+    pub effects: Vec<String>,
+    /// False acceptances in all.
+    pub false_acceptance: FalseAcceptance,
+    /// Surrogate by surrogate.
+    pub surrogates: Vec<SurrogateReport>,
+    /// What follows from it.
+    pub sentence: String,
+}
+
+/// Searches the runs, and then surrogates of them on which nothing is missing: how often would an effect be accepted?
+///
+/// # Errors
+/// If the robot is no plant or a run lacks the signals.
+pub fn trial(
+    robot: &Robot,
+    catalogue: &Catalogue,
+    runs: &[Run],
+    options: &Options,
+) -> Result<TrialReport, IdentifyError> {
+    let prepared = Prepared::new(robot, runs, options)?;
+    let form = prepared.form(robot);
+    let problem = Problem { robot, catalogue, form: &form, options };
+    let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);
+    let base = search.base(prepared.base_specs(robot, catalogue))?;
+    let explored = explore(&mut search, base, None)?;
+    let surrogates = surrogates(&search, &explored.state)?;
+    let false_acceptance = counted(&surrogates);
+    let sentence = sentence(&false_acceptance);
+    let effects = explored.state.accepted.iter().map(|a| a.trial.label()).collect();
+    Ok(TrialReport { effects, false_acceptance, surrogates, sentence })
+}
+
+pub(crate) fn counted(surrogates: &[SurrogateReport]) -> FalseAcceptance {
+    let accepted = surrogates.iter().filter(|s| s.accepted.is_some()).count();
+    FalseAcceptance { accepted, surrogates: surrogates.len() }
+}
+
+/// What follows from the count.
+pub(crate) fn sentence(count: &FalseAcceptance) -> String {
+    let FalseAcceptance { accepted, surrogates } = count;
+    let share = *accepted as f64 / (*surrogates).max(1) as f64;
+    let follows = if *accepted == 0 {
+        "a name found on this log is no accident of its noise"
+    } else if share <= MOST_ACCEPTED {
+        "take the name that explains least with care"
+    } else {
+        "these runs are too short or too unlike the model to carry names: record more, at other speeds and poses"
+    };
+    format!("on {accepted} of {surrogates} surrogates of this log, on which nothing is missing, an effect was accepted: {follows}")
+}
+
+/// The search of one more effect on surrogates of the runs, with the model of `state` as the truth.
+pub(crate) fn surrogates(search: &Search, state: &State) -> Result<Vec<SurrogateReport>, IdentifyError> {
+    let kinds = [Turned::Flipped, Turned::Shifted];
+    let all: Vec<(Turned, u64)> = kinds.into_iter().flat_map(|k| (0..SURROGATES).map(move |s| (k, s))).collect();
+    all.into_par_iter()
+        .map(|(turned, number)| {
+            let layout = search.problem.form.layout();
+            let seed = search.problem.options.seed.wrapping_mul(1009).wrapping_add(number);
+            let residual = &state.fitted.at.residual;
+            let shift = match turned {
+                Turned::Flipped => flipped(layout, residual, seed),
+                Turned::Shifted => shifted(layout, residual, seed),
+            };
+            let accepted = first_accepted(search, state, shift)?;
+            Ok(SurrogateReport { turned, accepted })
+        })
+        .collect()
+}
+
+fn first_accepted(search: &Search, state: &State, turned: Vec<f64>) -> Result<Option<String>, IdentifyError> {
+    let change = turned.iter().zip(&state.fitted.at.residual).map(|(t, r)| t - r).collect();
+    let form = Surrogate { form: search.problem.form, change };
+    let problem = Problem { form: &form, ..*search.problem };
+    let mut search = search.on(&problem);
+    let mut model = Candidate::new(&problem, state.fitted.model.specs.clone())?;
+    model.unknowns = state.fitted.model.unknowns.clone();
+    model.p = state.fitted.model.p.clone();
+    let at = model.linearise(&problem);
+    let state = search.settled(model, at, state.accepted.clone())?;
+    let round = search.round(&state, 1);
+    Ok(round.passed.first().map(|r| r.trial.label()))
+}
+
+// A residual form whose measured rows differ by a constant change.
+struct Surrogate<'a> {
+    form: &'a dyn ResidualForm,
+    change: Vec<f64>,
+}
+
+impl Surrogate<'_> {
+    fn changed(&self, mut rows: Vec<f64>) -> Vec<f64> {
+        rows.iter_mut().zip(&self.change).for_each(|(r, c)| *r += c);
+        rows
+    }
+}
+
+impl ResidualForm for Surrogate<'_> {
+    fn layout(&self) -> &Layout {
+        self.form.layout()
+    }
+    fn residual(&self, plant: &Plant, p: &[f64]) -> Vec<f64> {
+        self.changed(self.form.residual(plant, p))
+    }
+    fn residuals(&self, plant: &Plant, sets: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        self.form.residuals(plant, sets).into_iter().map(|rows| self.changed(rows)).collect()
+    }
+    fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize]) -> Vec<Vec<f64>> {
+        self.form.columns(plant, p, positions)
+    }
+    fn position_noise(&self, plant: &Plant, p: &[f64], seeds: &[u64]) -> Vec<Vec<f64>> {
+        self.form.position_noise(plant, p, seeds)
+    }
+}
+
+// One sign a block, the same in all channels.
+fn flipped(layout: &Layout, rows: &[f64], seed: u64) -> Vec<f64> {
+    let mut random = SmallRng::seed_from_u64(seed);
+    let signs: Vec<f64> =
+        (0..layout.blocks).map(|_| if random.random::<bool>() { 1.0 } else { -1.0 }).collect();
+    rows.iter().zip(&layout.block).map(|(r, &block)| r * signs[block]).collect()
+}
+
+// One shift a run, as a share of its rows that count.
+fn shifted(layout: &Layout, rows: &[f64], seed: u64) -> Vec<f64> {
+    let mut random = SmallRng::seed_from_u64(seed);
+    let runs = layout.segments.iter().map(|s| s.record + 1).max().unwrap_or(0);
+    let shares: Vec<f64> = (0..runs).map(|_| 0.1 + 0.8 * random.random::<f64>()).collect();
+    let mut out = rows.to_vec();
+    for segment in &layout.segments {
+        let kept: Vec<usize> =
+            (segment.first..segment.first + segment.len).filter(|&k| layout.keep[k]).collect();
+        let by = (shares[segment.record] * kept.len() as f64) as usize;
+        for (n, &k) in kept.iter().enumerate() {
+            out[k] = rows[kept[(n + by) % kept.len()]];
+        }
+    }
+    out
+}
