@@ -1,7 +1,7 @@
 //! The descent of a candidate from its screened strengths to its minimum.
 
 use crate::colour::Whitener;
-use crate::problem::{Candidate, Equations, Linearised, MANY, Problem, objective};
+use crate::problem::{Budget, Candidate, Equations, Linearised, MANY, Problem, objective};
 use crate::refit::Fitted;
 use crate::screen::Score;
 use crate::trial::{How, Trial};
@@ -81,12 +81,14 @@ impl<'a> Descent<'a> {
         self.at.columns = self.columns(self.structural);
         let mut linearised = self.best;
         let mut damping = 0.0;
-        for _ in 0..ITERATIONS {
+        let mut budget = Budget::new(ITERATIONS);
+        while budget.lasts() {
             let equations = Equations::new(self.whitener, self.problem, &self.model, &self.at, damping);
-            let Some(equations) = equations else { return };
+            let Some(equations) = equations.and_then(|e| e.bounded(&self.model)) else { return };
             let before = self.model.p.clone();
             self.model.step(&equations.step);
             let (residual, white, now) = self.evaluate();
+            budget.spend(self.best, now);
             if !(now.is_finite() && now < self.best) {
                 self.model.p = before;
                 damping = if damping == 0.0 { 4e-3 } else { damping * 16.0 };

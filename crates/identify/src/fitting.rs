@@ -11,7 +11,7 @@ use crate::comparison::{Prepared, SignalError, as_given, signals, total};
 use crate::diagnosis::{Diagnosis, report};
 use crate::explore::{Explored, Rung, Unseen, explore, widening};
 use crate::problem::{Equations, Problem};
-use crate::refit::refit;
+use crate::refit::{Base, refit};
 use crate::report::Verdict;
 use crate::scale::Scales;
 use crate::screen::Screen;
@@ -214,7 +214,8 @@ fn added(search: &mut Search, state: State, spec: &EffectSpec) -> Result<State, 
             .filter_map(|&k| {
                 let raw = state.columns[k].as_ref()?;
                 let score = screen.score(&state.trials[k], &state.whitener.apply_all(layout, raw))?;
-                refit(search.problem, fitted, &state.whitener, &state.trials[k], &score, &search.channel_std)
+                let base = Base { fitted, whitener: &state.whitener, added: &state.added() };
+                refit(search.problem, &base, &state.trials[k], &score, &search.channel_std)
             })
             .min_by(|a, b| a.fitted.objective.total_cmp(&b.fitted.objective))
     });

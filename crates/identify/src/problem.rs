@@ -1,5 +1,7 @@
 //! A model under test: its effects, its free parameters, and their fit to the residual rows.
 
+use faer::Mat;
+
 use sinew_effect::Catalogue;
 use sinew_model::{EffectSpec, Robot};
 use sinew_plant::Plant;
@@ -100,7 +102,14 @@ pub(crate) struct Equations {
     pub normal: Normal,
     /// The step of the unknowns to the minimum.
     pub step: Vec<f64>,
+    // A and its right side.
+    a: Mat<f64>,
+    g: Vec<f64>,
 }
+
+// Weight, by a diagonal entry, that holds an unknown at its bound.
+const HELD: f64 = 1e8;
+const BOUND_ROUNDS: usize = 4;
 
 impl Equations {
     /// A = JᵀJ + Λ,   A d = Jᵀ r + Λ (m − x), with A's prior part multiplied by 1 + `damping`.
@@ -131,7 +140,32 @@ impl Equations {
         }
         let normal = Normal::new(&a)?;
         let step = normal.solve(&g);
-        Some(Self { columns, residual, normal, step })
+        Some(Self { columns, residual, normal, step, a, g })
+    }
+
+    /// The same with every unknown that would leave its range held where it may go, so that the others do not count on
+    /// the rest of its step.
+    pub fn bounded(mut self, model: &Candidate) -> Option<Self> {
+        let mut held = vec![false; model.unknowns.len()];
+        for _ in 0..BOUND_ROUNDS {
+            let mut changed = false;
+            for (k, unknown) in model.unknowns.iter().enumerate().filter(|(k, _)| !held[*k]).collect::<Vec<_>>() {
+                let from = model.p[unknown.position];
+                let allowed = unknown.moved(from, self.step[k]) - from;
+                if (allowed - self.step[k]).abs() > 1e-6 * unknown.scale {
+                    let weight = HELD * self.a[(k, k)];
+                    self.a[(k, k)] += weight;
+                    self.g[k] += weight * allowed;
+                    (held[k], changed) = (true, true);
+                }
+            }
+            if !changed {
+                break;
+            }
+            self.normal = Normal::new(&self.a)?;
+            self.step = self.normal.solve(&self.g);
+        }
+        Some(self)
     }
 }
 
@@ -146,6 +180,34 @@ const RELINEARISE: f64 = 0.002;
 const RELINEARISE_MANY: f64 = 0.05;
 pub(crate) const MANY: usize = 60;
 
+/// Steps of a descent: a step that gains much does not count, so that a long way down is walked to its end.
+pub(crate) struct Budget {
+    counted: usize,
+    all: usize,
+}
+
+// Share of the objective that a step must gain not to count, and the most steps in all.
+const MUCH: f64 = 0.1;
+const MOST_STEPS: usize = 40;
+
+impl Budget {
+    /// Room for `counted` steps that gain little.
+    pub fn new(counted: usize) -> Self {
+        Self { counted, all: MOST_STEPS }
+    }
+    /// True if a further step may be tried.
+    pub fn lasts(&self) -> bool {
+        self.counted > 0 && self.all > 0
+    }
+    /// Accounts for a step from one objective to another.
+    pub fn spend(&mut self, before: f64, after: f64) {
+        self.all -= 1;
+        if !(after < (1.0 - MUCH) * before) {
+            self.counted -= 1;
+        }
+    }
+}
+
 /// Levenberg–Marquardt on all unknowns. Returns the linearisation at the end.
 pub(crate) fn refine(
     problem: &Problem,
@@ -158,12 +220,15 @@ pub(crate) fn refine(
     let mut best = objective(&whitener.apply(layout, &at.residual), model);
     let mut damping = 0.0;
     let relinearise = if model.unknowns.len() > MANY { RELINEARISE_MANY } else { RELINEARISE };
-    for _ in 0..iterations {
-        let Some(equations) = Equations::new(whitener, problem, model, &at, damping) else { break };
+    let mut budget = Budget::new(iterations);
+    while budget.lasts() {
+        let equations = Equations::new(whitener, problem, model, &at, damping);
+        let Some(equations) = equations.and_then(|e| e.bounded(model)) else { break };
         let before = model.p.clone();
         model.step(&equations.step);
         let residual = model.residual(problem);
         let now = objective(&whitener.apply(layout, &residual), model);
+        budget.spend(best, now);
         if now.is_finite() && now < best {
             let gain = best - now;
             best = now;

@@ -29,15 +29,24 @@ pub(crate) struct Refit {
     pub refused: Option<String>,
 }
 
+/// What a candidate is added to.
+pub(crate) struct Base<'a> {
+    pub fitted: &'a Fitted,
+    pub whitener: &'a Whitener,
+    /// Effects that the search itself has added: a candidate may take their place.
+    pub added: &'a [usize],
+}
+
 /// Refits one candidate from its screened strengths and gathers the evidence for it.
 pub(crate) fn refit(
     problem: &Problem,
-    base: &Fitted,
-    whitener: &Whitener,
+    base: &Base,
     trial: &Trial,
     score: &Score,
     channel_std: &[f64],
 ) -> Option<Refit> {
+    let (added, whitener) = (base.added, base.whitener);
+    let base = base.fitted;
     let layout = problem.form.layout();
     let mut descent = Descent::new(problem, base, whitener, trial, score)?;
     descent.shrink();
@@ -53,7 +62,7 @@ pub(crate) fn refit(
     let tension = base.model.penalty() - model.penalty();
     let evidence = Evidence::of(layout, &pair, tension, trial.parameters, &held_out, channel_std);
     let refused =
-        impossible(&base.model, &model, &own).or_else(|| vague(problem, whitener, &model, &at, &own, new));
+        impossible(&base.model, &model, &own, added).or_else(|| vague(problem, whitener, &model, &at, &own, new));
     let fitted = Fitted { model, at, white, objective: best };
     Some(Refit { trial: trial.clone(), fitted, evidence, refused })
 }
@@ -131,8 +140,9 @@ fn vague(
         .then(|| "its strength is within two standard deviations of zero".to_owned())
 }
 
-// A parameter that must be positive and is driven to zero, or strengths that all vanish, speak against the candidate.
-fn impossible(base: &Candidate, model: &Candidate, own: &[usize]) -> Option<String> {
+// A stated parameter that must be positive and is driven to zero, or strengths that all vanish, speak against the
+// candidate.
+fn impossible(base: &Candidate, model: &Candidate, own: &[usize], added: &[usize]) -> Option<String> {
     let name = |u: &Unknown| {
         let active = &model.plant.effects()[u.id.effect];
         format!("{} of {}", active.effect.card().parameters[u.id.parameter].key, active.label())
@@ -146,7 +156,7 @@ fn impossible(base: &Candidate, model: &Candidate, own: &[usize]) -> Option<Stri
         return Some(format!("{} ends at zero", name(u)));
     }
     let others = (0..model.unknowns.len()).filter(|k| !own.contains(k)).map(|k| (k, strength(k)));
-    others.filter(|(_, (u, _))| positive(u)).find_map(|(k, (u, value))| {
+    others.filter(|(_, (u, _))| positive(u) && !added.contains(&u.id.effect)).find_map(|(k, (u, value))| {
         let before = base.unknowns.get(k).map(|b| base.p[b.position])?;
         (value < 0.1 * before).then(|| format!("drives {} to zero", name(u)))
     })

@@ -13,7 +13,7 @@ use crate::features::random_features;
 use crate::gates::z_between;
 use crate::problem::{Candidate, Equations, Problem, refine};
 use crate::record::{Channel, Record, Sensors};
-use crate::refit::{Fitted, Refit, refit};
+use crate::refit::{Base, Fitted, Refit, refit};
 use crate::report::Refusal;
 use crate::screen::{Score, Screen, all_columns};
 use crate::trial::{How, Offer, Trial};
@@ -28,6 +28,14 @@ pub(crate) struct State {
     /// The candidates offered to this model, and their raw columns.
     pub trials: Vec<Trial>,
     pub columns: Vec<Option<Vec<Vec<f64>>>>,
+}
+
+impl State {
+    /// Indices of the effects that the search added to the model.
+    pub fn added(&self) -> Vec<usize> {
+        let new = self.accepted.iter().filter(|a| matches!(a.trial.how, How::New { .. }));
+        new.map(|a| a.effect).collect()
+    }
 }
 
 /// An accepted effect.
@@ -63,9 +71,9 @@ pub(crate) struct Round {
     pub failed: Vec<Refit>,
 }
 
-// Most candidates refitted in a round, and for one joint.
+// Most candidates refitted in a round, and fewest and most for one place.
 const SHORT_LIST: usize = 8;
-const SHORT_LIST_PLACE: usize = 3;
+const SHORT_LIST_PLACE: (usize, usize) = (3, 5);
 // Releases refitted besides.
 const RELEASES: usize = 2;
 const FEATURES: usize = 140;
@@ -207,7 +215,8 @@ impl<'a> Search<'a> {
         let layout = self.problem.form.layout();
         let fitted = &state.fitted;
         let trials = &state.trials;
-        let Some(base) = Equations::new(&state.whitener, self.problem, &fitted.model, &fitted.at, 0.0) else {
+        let base = Equations::new(&state.whitener, self.problem, &fitted.model, &fitted.at, 0.0);
+        let Some(base) = base.and_then(|b| b.bounded(&fitted.model)) else {
             return Round { passed: Vec::new(), failed: Vec::new() };
         };
         let screen = Screen { problem: self.problem, model: &fitted.model, base: &base };
@@ -224,7 +233,8 @@ impl<'a> Search<'a> {
             .par_iter()
             .map(|&k| {
                 let score = scores[k].as_ref()?;
-                refit(self.problem, fitted, &state.whitener, &trials[k], score, &self.channel_std)
+                let base = Base { fitted, whitener: &state.whitener, added: &state.added() };
+                refit(self.problem, &base, &trials[k], score, &self.channel_std)
             })
             .collect();
         let (mut passed, mut failed) = (Vec::new(), Vec::new());
@@ -273,11 +283,13 @@ impl<'a> Search<'a> {
         }
         best.sort_by(|&a, &b| drop(b).total_cmp(&drop(a)));
         let mut list: Vec<usize> = Vec::new();
+        let joints = self.sensors.imposed.iter().flatten().count().max(1);
+        let per_place = (SHORT_LIST / joints).clamp(SHORT_LIST_PLACE.0, SHORT_LIST_PLACE.1);
         let top = best.first().map_or(0.0, |&k| drop(k));
         for &k in &best {
             let here = list.iter().filter(|&&l| trials[l].place == trials[k].place).count();
             let worth = list.len() < 2 || drop(k) > 0.02 * top;
-            if worth && here < SHORT_LIST_PLACE && list.len() < SHORT_LIST {
+            if worth && here < per_place && list.len() < SHORT_LIST {
                 list.push(k);
             }
         }

@@ -9,7 +9,7 @@
 //! ```
 
 use faer::Mat;
-use faer::linalg::solvers::Solve;
+use faer::linalg::solvers::{PartialPivLu, Solve};
 
 use sinew_effect::{Act, Actuation, DIRECTIONS, Derivative, Reading, Relaxation, Role, Sensor};
 use sinew_model::Scalar;
@@ -259,6 +259,7 @@ impl<'a> Tangent<'a> {
         let (n, nv) = (walk.free.len(), walk.imposed.len());
         let target = n + 2 * nv;
         let rate = target + live.len();
+        let implicit = implicit_step(states, n, h);
         let mut stage = vec![[0.0; DIRECTIONS]; 2 * n + live.len()];
         let mut slope = vec![[0.0; DIRECTIONS]; 2 * n];
         let mut sum = vec![[0.0; DIRECTIONS]; 2 * n];
@@ -266,8 +267,11 @@ impl<'a> Tangent<'a> {
             let here: Vec<[Row; 2]> = (0..live.len())
                 .map(|s| [target + s, rate + s].map(|row| Self::total(states, forced, &forced.y, row, HERE)))
                 .collect();
-            let parts = [(0.0, 1.0, HERE), (0.5, 2.0, MIDDLE), (0.5, 2.0, MIDDLE), (1.0, 1.0, NEXT)];
-            for (number, (share, weight, instant)) in parts.into_iter().enumerate() {
+            let parts = match implicit {
+                Some(_) => [].as_slice(),
+                None => &[(0.0, 1.0, HERE), (0.5, 2.0, MIDDLE), (0.5, 2.0, MIDDLE), (1.0, 1.0, NEXT)],
+            };
+            for (number, (share, weight, instant)) in parts.iter().copied().enumerate() {
                 stage.copy_from_slice(&forced.y);
                 if number > 0 {
                     for i in 0..2 * n {
@@ -290,8 +294,22 @@ impl<'a> Tangent<'a> {
                     add(&mut sum[i], weight, &slope[i]);
                 }
             }
-            for i in 0..2 * n {
-                add(&mut forced.y[i], h / 6.0, &sum[i]);
+            if let Some(lu) = &implicit {
+                // (1 − h A) y' = y + h b,  own states held
+                stage.copy_from_slice(&forced.y);
+                stage[..2 * n].fill([0.0; DIRECTIONS]);
+                let right = Mat::from_fn(2 * n, DIRECTIONS, |i, d| {
+                    let b = if i < n { 0.0 } else { Self::total(states, forced, &stage, i - n, NEXT)[d] };
+                    forced.y[i][d] + h * b
+                });
+                let y = lu.solve(&right);
+                for i in 0..2 * n {
+                    forced.y[i] = std::array::from_fn(|d| y[(i, d)]);
+                }
+            } else {
+                for i in 0..2 * n {
+                    add(&mut forced.y[i], h / 6.0, &sum[i]);
+                }
             }
             for (s, &state) in live.iter().enumerate() {
                 let next =
@@ -466,6 +484,26 @@ fn add(a: &mut Row, s: f64, b: &Row) {
         *a += s * b;
     }
 }
+
+// 1 − h A of a step in which friction near rest is stiffer than Runge–Kutta bears; none elsewhere.
+fn implicit_step(states: &[Pass], n: usize, h: f64) -> Option<PartialPivLu<f64>> {
+    let slope = |i: usize, s: usize, instant: usize| states[s / DIRECTIONS].rows[instant][i][s % DIRECTIONS];
+    let stiff = |instant: usize| {
+        (0..n).any(|i| (n..2 * n).map(|s| slope(i, s, instant).abs()).sum::<f64>() * h > STIFFEST)
+    };
+    if n == 0 || ![HERE, MIDDLE, NEXT].into_iter().any(stiff) {
+        return None;
+    }
+    let one = |i: usize, j: usize| f64::from(u8::from(i == j));
+    let entry = |i: usize, j: usize| {
+        let a = if i < n { one(i + n, j) } else { slope(i - n, j, NEXT) };
+        one(i, j) - h * a
+    };
+    Some(Mat::from_fn(2 * n, 2 * n, entry).partial_piv_lu())
+}
+
+// h · |∂q̈/∂q̇| that Runge–Kutta bears.
+const STIFFEST: f64 = 2.0;
 
 // The derivative of z(h) = target + (z − target) e^(−rate·h), all three of which change.
 fn relaxed_change(z: f64, r: Relaxation<f64>, dz: &Row, change: &[Row; 2], h: f64) -> Row {
