@@ -43,6 +43,14 @@ fn effects(first: u64, seeds: u64, only: Option<&String>) {
             arm.robot.model.name,
             cases.len()
         );
+        let right = cases.iter().zip(&outcomes).filter(|(c, o)| c.is_right(o) && !c.releases());
+        let least = right.min_by(|a, b| a.1.contribution.total_cmp(&b.1.contribution));
+        if let Some((case, outcome)) = least {
+            println!(
+                "  smallest contribution: rho {:.1} of {:?}, seed {}",
+                outcome.contribution, case.hidden, case.seed
+            );
+        }
         for (case, outcome) in cases.iter().zip(&outcomes) {
             if !case.is_right(outcome) || outcome.accepted.len() > 1 {
                 println!(
@@ -84,6 +92,7 @@ fn run(arm: &Arm, cases: &[Case]) -> Vec<Outcome> {
                     hidden: case.hidden.clone(),
                     verdict: Verdict::Undecidable,
                     first: None,
+                    contribution: 0.0,
                     accepted: Vec::new(),
                     rivals: Vec::new(),
                 }

@@ -1,6 +1,7 @@
 //! One case: a truth that differs from the model, its measured runs, and the verdict.
 
 use sinew_data::{Quantity, Run};
+use sinew_effect::Screening;
 use sinew_effects::CATALOGUE;
 use sinew_identify::{Diagnosis, Options, Verdict, diagnose};
 use sinew_model::{EffectSpec, Robot};
@@ -34,6 +35,8 @@ pub struct Outcome {
     pub verdict: Verdict,
     /// First effect and place named, with its probability.
     pub first: Option<(String, String, f64)>,
+    /// Its contribution ρ, in units of filtered noise; zero for a parameter released from its tolerance.
+    pub contribution: f64,
     /// All accepted, `effect@place`.
     pub accepted: Vec<String>,
     /// Rivals of the first.
@@ -66,6 +69,18 @@ impl Case {
         }
         let hidden = hidden.map(|h| (h.effect.to_owned(), h.place.clone()));
         Self { model, truth, hidden, seed }
+    }
+
+    /// Whether the truth differs only in a value that the model states.
+    pub fn releases(&self) -> bool {
+        let stated = |kind: &str| {
+            CATALOGUE.find(kind).is_some_and(|e| matches!(e.card.screening, Screening::Release { .. }))
+        };
+        let offsets = ["torque_sensor_offset", "position_sensor_offset", "time_skew", "rotor_inertia"];
+        let inertial = ["link_mass", "link_first_moment", "link_inertia"];
+        self.hidden.as_ref().is_some_and(|(e, _)| {
+            stated(e) || offsets.contains(&e.as_str()) || inertial.contains(&e.as_str())
+        })
     }
 
     /// Whether the diagnosis named the right effect at the right place first.
@@ -161,6 +176,7 @@ pub fn judge(arm: &Arm, case: &Case, options: &Options) -> Result<(Outcome, Diag
         hidden: case.hidden.clone(),
         verdict: diagnosis.verdict,
         first: first.map(|c| (c.effect.clone(), c.place.clone(), c.probability)),
+        contribution: first.map_or(0.0, |c| c.contribution),
         accepted: diagnosis.accepted.iter().map(|a| format!("{}@{}", a.effect, a.place)).collect(),
         rivals: first.map(|c| c.rivals.iter().map(|r| r.effect.clone()).collect()).unwrap_or_default(),
     };

@@ -2,7 +2,7 @@
 
 use sinew_data::{Quantity, Run};
 use sinew_effects::CATALOGUE;
-use sinew_identify::{Options, torque_checks};
+use sinew_identify::{Options, compare, torque_checks};
 use sinew_tests::{measure, null_case, two_joints};
 
 #[test]
@@ -26,6 +26,12 @@ fn a_right_log_raises_no_suspicion_and_a_wrong_one_names_the_joint() {
         notes.len() == 1 && notes[0].starts_with("motor_torque.elbow: the torque has the opposite sign"),
         "{notes:?}"
     );
+    // No verdict is given on it, unless the user insists; then it is the first finding.
+    let refused = compare(&arm.robot, &CATALOGUE, &flipped, &Options::default()).unwrap_err().to_string();
+    assert!(refused.contains("opposite sign") && refused.contains("--force"), "{refused}");
+    let forced = Options { force: true, ..Options::default() };
+    let findings = compare(&arm.robot, &CATALOGUE, &flipped, &forced).unwrap().findings;
+    assert!(findings[0].joint == "elbow" && findings[0].statement.contains("opposite sign"), "{findings:?}");
 
     let mut large = runs.clone();
     for signal in large.iter_mut().flat_map(|r| &mut r.signals) {

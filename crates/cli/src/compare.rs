@@ -2,7 +2,7 @@
 
 use clap::Args;
 use sinew_effects::CATALOGUE;
-use sinew_identify::{Comparison, Options, SignalError, compare};
+use sinew_identify::{Comparison, SignalError, compare};
 use sinew_report::{number, quantity};
 
 use crate::console::Console;
@@ -20,7 +20,7 @@ pub(crate) struct Compare {
 impl Compare {
     pub fn run(&self, console: &Console) -> Result<(), CliError> {
         let (robot, runs) = self.inputs.read(console)?;
-        let comparison = compare(&robot.robot, &CATALOGUE, &runs, &Options::default())?;
+        let comparison = compare(&robot.robot, &CATALOGUE, &runs, &self.inputs.options())?;
         console.answer(&comparison, || text(&comparison))
     }
 }

@@ -2,7 +2,7 @@
 
 use clap::Args;
 use sinew_effects::CATALOGUE;
-use sinew_identify::{CandidateReport, Diagnosis, Options, diagnose};
+use sinew_identify::{CandidateReport, Diagnosis, diagnose};
 use sinew_report::{number, verdict_in_words};
 
 use crate::console::Console;
@@ -24,7 +24,7 @@ impl Diagnose {
     pub fn run(&self, console: &Console) -> Result<(), CliError> {
         let (robot, runs) = self.inputs.read(console)?;
         console.say("searching the catalogue …");
-        let diagnosis = diagnose(&robot.robot, &CATALOGUE, &runs, &Options::default())?;
+        let diagnosis = diagnose(&robot.robot, &CATALOGUE, &runs, &self.inputs.options())?;
         console.answer(&diagnosis, || text(&diagnosis, self.explain))
     }
 }

@@ -3,7 +3,7 @@
 use clap::Args;
 use sinew_data::RunSpec;
 use sinew_effects::CATALOGUE;
-use sinew_identify::{Options, discover};
+use sinew_identify::discover;
 use sinew_report::verdict_in_words;
 
 use crate::console::Console;
@@ -30,7 +30,7 @@ impl Discover {
         let path = self.output.path(&file)?;
         let check = self.inputs.columns.read(&self.check)?;
         console.say("searching the catalogue …");
-        let found = discover(&file.robot, &CATALOGUE, &runs, &check, &Options::default())?;
+        let found = discover(&file.robot, &CATALOGUE, &runs, &check, &self.inputs.options())?;
         write(&file.sidecar, &found.specs, &path)?;
         console.say(&format!("{}: written", path.display()));
         console.answer(&found, || {

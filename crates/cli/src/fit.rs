@@ -3,7 +3,7 @@
 use clap::Args;
 use sinew_data::RunSpec;
 use sinew_effects::CATALOGUE;
-use sinew_identify::{Options, ParameterReport, StepReport, fit};
+use sinew_identify::{ParameterReport, StepReport, fit};
 use sinew_report::{number, quantity, with_std};
 
 use crate::console::Console;
@@ -35,7 +35,7 @@ impl Fit {
         let check = self.inputs.columns.read(&self.check)?;
         let add = self.add.iter().map(|a| effect(a, &file.robot)).collect::<Result<Vec<_>, _>>()?;
         console.say("fitting …");
-        let fit = fit(&file.robot, &CATALOGUE, &runs, &check, &add, &Options::default())?;
+        let fit = fit(&file.robot, &CATALOGUE, &runs, &check, &add, &self.inputs.options())?;
         write(&file.sidecar, &fit.specs, &path)?;
         console.say(&format!("{}: written", path.display()));
         console.answer(&fit, || text(&fit))

@@ -6,6 +6,7 @@ use clap::Args;
 use sinew_data::{ColumnMap, Run, RunSpec};
 use sinew_effect::PlaceKind;
 use sinew_effects::CATALOGUE;
+use sinew_identify::Options;
 use sinew_plant::Plant;
 use sinew_urdf::{KindWords, RobotFile, Vocabulary, read_robot};
 
@@ -22,6 +23,9 @@ pub(crate) struct Inputs {
     pub runs: Vec<RunSpec>,
     #[command(flatten)]
     pub columns: Columns,
+    /// Go on although a data check failed
+    #[arg(long)]
+    force: bool,
 }
 
 /// How the columns of a log are called.
@@ -33,6 +37,11 @@ pub(crate) struct Columns {
 }
 
 impl Inputs {
+    /// The settings of the analyses.
+    pub fn options(&self) -> Options {
+        Options { force: self.force, ..Options::default() }
+    }
+
     /// Reads robot and runs; what is suspicious about their reading goes to standard error.
     pub fn read(&self, console: &Console) -> Result<(RobotFile, Vec<Run>), CliError> {
         let robot = robot(&self.robot)?;

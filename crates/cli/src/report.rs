@@ -6,7 +6,7 @@ use clap::Args;
 use serde_json::json;
 use sinew_data::RunSpec;
 use sinew_effects::CATALOGUE;
-use sinew_identify::{Options, compare, discover};
+use sinew_identify::{compare, discover};
 use sinew_report::{ReportInput, page};
 
 use crate::console::Console;
@@ -32,7 +32,7 @@ impl Report {
         let (file, runs) = self.inputs.read(console)?;
         let check = self.inputs.columns.read(&self.check)?;
         console.say("searching the catalogue …");
-        let options = Options::default();
+        let options = self.inputs.options();
         let fit = discover(&file.robot, &CATALOGUE, &runs, &check, &options)?;
         let all = [runs.as_slice(), check.as_slice()].concat();
         let unseen: Vec<String> = check.iter().map(|r| r.name.clone()).collect();

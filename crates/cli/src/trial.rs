@@ -2,7 +2,7 @@
 
 use clap::Args;
 use sinew_effects::CATALOGUE;
-use sinew_identify::{Options, SurrogateReport, TrialReport, Turned, trial};
+use sinew_identify::{SurrogateReport, TrialReport, Turned, trial};
 
 use crate::console::Console;
 use crate::error::CliError;
@@ -20,7 +20,7 @@ impl Trial {
     pub fn run(&self, console: &Console) -> Result<(), CliError> {
         let (robot, runs) = self.inputs.read(console)?;
         console.say("searching the runs, then surrogates of them …");
-        let found = trial(&robot.robot, &CATALOGUE, &runs, &Options::default())?;
+        let found = trial(&robot.robot, &CATALOGUE, &runs, &self.inputs.options())?;
         console.answer(&found, || text(&found))
     }
 }
@@ -35,10 +35,8 @@ fn text(report: &TrialReport) -> String {
         let named = if named.is_empty() { "–".to_owned() } else { named.join(", ") };
         vec![name.to_owned(), format!("{accepted} of {}", of.len()), named]
     };
-    let rows = [
-        row(Turned::Flipped, "sign of each second drawn by lot"),
-        row(Turned::Shifted, "shifted in time"),
-    ];
+    let rows =
+        [row(Turned::Flipped, "sign of each second drawn by lot"), row(Turned::Shifted, "shifted in time")];
     let model = if report.effects.is_empty() { "nothing".to_owned() } else { report.effects.join(", ") };
     let table = table(&["surrogate", ">accepted", "first name"], rows);
     format!("added to the model first: {model}\n\n{table}\n\n{}\n", report.sentence)

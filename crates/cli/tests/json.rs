@@ -141,3 +141,20 @@ fn the_catalogue_is_an_object_too() {
         &["name", "law", "symptom", "parameters", "rivals", "sources"],
     );
 }
+
+#[test]
+fn a_trial_counts_false_acceptances_and_says_what_follows() {
+    let dir = bench("trial");
+    let trial = json(&dir, &["trial", "arm.sinew.toml", "a.csv", "b.csv"]);
+    has(&trial, &["effects", "false_acceptance", "surrogates", "sentence"]);
+    let count = &trial["false_acceptance"];
+    let surrogates = trial["surrogates"].as_array().unwrap();
+    assert_eq!(count["surrogates"], surrogates.len());
+    let accepted = surrogates.iter().filter(|s| !s["accepted"].is_null()).count();
+    assert_eq!(count["accepted"], accepted);
+    assert!(
+        trial["sentence"].as_str().unwrap().starts_with(&format!("on {accepted} of {} ", surrogates.len()))
+    );
+    // Two runs of 3 s on which the elbow's friction is the only thing missing.
+    assert!(trial["effects"].to_string().contains("coulomb_friction@elbow"), "{trial}");
+}

@@ -173,11 +173,15 @@ impl Parameter {
             Role::Shape { grid } => grid[grid.len() / 2],
         }
     }
-    /// Key with its component, as in `first_moment.x`.
+    /// Key with its component, as in `first_moment.x` or `inertia.yy`.
     pub fn label(&self) -> String {
+        let names = match self.key {
+            "inertia" => ["xx", "yy", "zz", "xy", "xz", "yz"].as_slice(),
+            _ => &["x", "y", "z"],
+        };
         match self.component {
             None => self.key.to_owned(),
-            Some(k) => format!("{}.{}", self.key, ["x", "y", "z", "xy", "xz", "yz"].get(k).unwrap_or(&"?")),
+            Some(k) => format!("{}.{}", self.key, names.get(k).unwrap_or(&"?")),
         }
     }
 }

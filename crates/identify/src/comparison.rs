@@ -7,6 +7,7 @@ use sinew_effect::Catalogue;
 use sinew_model::Robot;
 
 use crate::base::nuisances;
+use crate::before::checked;
 use crate::colour::rows_of;
 use crate::problem::{Candidate, Problem};
 use crate::record::{Record, Sensors};
@@ -101,11 +102,14 @@ pub fn compare(
     options: &Options,
 ) -> Result<Comparison, IdentifyError> {
     let prepared = Prepared::new(robot, runs, options)?;
+    let suspicions = checked(robot, catalogue, runs, options)?;
     let form = prepared.form(robot);
     let problem = Problem { robot, catalogue, form: &form, options };
     let search = Search::new(&problem, &prepared.records, &prepared.sensors);
     let floors = search.floors(prepared.base_specs(robot, catalogue))?;
-    Ok(as_given(&search, &floors)?.0)
+    let mut comparison = as_given(&search, &floors)?.0;
+    comparison.findings.splice(0..0, suspicions);
+    Ok(comparison)
 }
 
 /// The comparison of the model as given, and its residual rows.
@@ -214,9 +218,7 @@ pub(crate) fn total(search: &Search, residual: &[f64], floors: &[f64]) -> f64 {
 /// Error by floor of every channel.
 pub(crate) fn by_channel(search: &Search, residual: &[f64], floors: &[f64]) -> Vec<f64> {
     let layout = search.problem.form.layout();
-    (0..layout.channels.len())
-        .map(|c| rms(rows_of(layout, c).map(|k| residual[k])) / floors[c])
-        .collect()
+    (0..layout.channels.len()).map(|c| rms(rows_of(layout, c).map(|k| residual[k])) / floors[c]).collect()
 }
 
 /// Curves of every channel and run at the residual's rows.

@@ -7,9 +7,11 @@ use sinew_effect::Catalogue;
 use sinew_model::Robot;
 
 use crate::base::scope;
+use crate::before::checked;
 use crate::comparison::{Prepared, as_given};
 use crate::explore::{Explored, explore, widening};
 use crate::fitting::{ParameterReport, parameters};
+use crate::gates::Evidence;
 use crate::problem::Problem;
 use crate::report::{Finding, Refusal, Verdict};
 use crate::search::{Accepted as Entry, Search, State};
@@ -75,6 +77,8 @@ pub struct CandidateReport {
     pub probability: f64,
     /// Share of the squared error of its most affected channel.
     pub error_explained: f64,
+    /// ρ: root of the largest fall of a channel's mean square, in units of its filtered noise.
+    pub contribution: f64,
     /// Its parameters.
     pub values: Vec<ParameterReport>,
     /// Evidence by its block-robust spread.
@@ -115,12 +119,14 @@ pub fn diagnose(
     options: &Options,
 ) -> Result<Diagnosis, IdentifyError> {
     let prepared = Prepared::new(robot, runs, options)?;
+    let suspicions = checked(robot, catalogue, runs, options)?;
     let form = prepared.form(robot);
     let problem = Problem { robot, catalogue, form: &form, options };
     let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);
     let base = search.base(prepared.base_specs(robot, catalogue))?;
     let floors: Vec<f64> = base.whitener.channels.iter().map(|c| c.floor).collect();
-    let findings = as_given(&search, &floors)?.0.findings;
+    let mut findings = as_given(&search, &floors)?.0.findings;
+    findings.splice(0..0, suspicions);
     let explored = explore(&mut search, base, None)?;
     report(&search, &explored, findings, scope(robot, &prepared.sensors, runs))
 }
@@ -218,6 +224,7 @@ fn candidate(search: &Search, state: &State, entry: &Entry, unfinished: bool) ->
         place: entry.trial.place.to_string(),
         probability,
         error_explained: entry.evidence.explained,
+        contribution: entry.evidence.material.max(0.0).sqrt(),
         values: own,
         z: entry.evidence.z,
         rivals: rivals(search, entry, probability),
@@ -279,15 +286,16 @@ fn rivals(search: &Search, entry: &Entry, probability: f64) -> Vec<RivalReport> 
 // Under "unexplained": what explains a part, although it passes no gate.
 fn partial(explored: &Explored) -> Vec<CandidateReport> {
     let Some(round) = &explored.last else { return Vec::new() };
-    let of = |trial: &Trial, z: f64, explained: f64| CandidateReport {
+    let of = |trial: &Trial, evidence: &Evidence| CandidateReport {
         effect: trial.card.name.to_owned(),
         place: trial.place.to_string(),
         probability: 0.05,
-        error_explained: explained,
+        error_explained: evidence.explained,
+        contribution: evidence.material.max(0.0).sqrt(),
         values: Vec::new(),
-        z,
+        z: evidence.z,
         rivals: Vec::new(),
     };
     let worth = round.failed.iter().filter(|r| r.evidence.z > 2.0 && r.evidence.explained > 0.02);
-    worth.take(3).map(|r| of(&r.trial, r.evidence.z, r.evidence.explained)).collect()
+    worth.take(3).map(|r| of(&r.trial, &r.evidence)).collect()
 }

@@ -1,9 +1,9 @@
 //! The ladder: accept effects step by step, undo what makes unseen runs worse, prune what is no longer needed.
 
 use crate::IdentifyError;
+use crate::comparison::by_channel;
 use crate::gates::{Evidence, Pair};
 use crate::problem::{Candidate, Problem, refine};
-use crate::comparison::by_channel;
 use crate::search::{Accepted, Round, Search, State};
 use crate::trial::{How, Trial};
 use crate::verdict::rms;
@@ -37,7 +37,10 @@ impl Unseen<'_> {
             let channel = &self.search.problem.form.layout().channels[c];
             let joint = self.search.problem.robot.model.dof_name(channel.dof);
             let signal = channel.signal();
-            (a.trial.clone(), format!("{signal}.{joint} of unseen runs gets worse ({:.2} → {:.2} × floor)", old[c], new[c]))
+            (
+                a.trial.clone(),
+                format!("{signal}.{joint} of unseen runs gets worse ({:.2} → {:.2} × floor)", old[c], new[c]),
+            )
         });
         let own: Vec<(Trial, String)> = own.collect();
         if own.is_empty() && new_total > WORSE * old_total {

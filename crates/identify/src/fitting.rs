@@ -7,6 +7,7 @@ use sinew_effect::{Catalogue, Written};
 use sinew_model::{EffectSpec, Robot};
 
 use crate::base::{is_nuisance, scope};
+use crate::before::checked;
 use crate::comparison::{Prepared, SignalError, as_given, signals, total};
 use crate::diagnosis::{Diagnosis, report};
 use crate::explore::{Explored, Rung, Unseen, explore, widening};
@@ -133,6 +134,7 @@ fn work(
     climb: impl FnOnce(&mut Search, State, Option<&Unseen>) -> Result<Explored, IdentifyError>,
 ) -> Result<Fit, IdentifyError> {
     let prepared = Prepared::new(robot, runs, options)?;
+    let suspicions = checked(robot, catalogue, runs, options)?;
     let form = prepared.form(robot);
     let problem = Problem { robot, catalogue, form: &form, options };
     let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);
@@ -144,7 +146,8 @@ fn work(
     let unseen_search = Search::new(&unseen_problem, &unseen_runs.records, &unseen_runs.sensors);
     let unseen = (!check.is_empty()).then_some(Unseen { search: &unseen_search });
     let first_floors: Vec<f64> = base.whitener.channels.iter().map(|c| c.floor).collect();
-    let (given, given_residual) = as_given(&search, &first_floors)?;
+    let (mut given, given_residual) = as_given(&search, &first_floors)?;
+    given.findings.splice(0..0, suspicions);
     let given_unseen = match &unseen {
         Some(u) => Some(u.residual(&crate::problem::Candidate::new(&problem, robot.all_effects())?)),
         None => None,

@@ -72,9 +72,8 @@ pub(crate) fn predict_lanes(
     let lane = |k: usize| &sets[k.min(sets.len() - 1)];
     let p: Vec<Wide> = (0..sets[0].len()).map(|i| Lanes(std::array::from_fn(|k| lane(k)[i]))).collect();
     let (series, _) = walked(plant, &p, record, channels, imposed);
-    let logged = |(k, p): (usize, &Vec<f64>)| {
-        series.lane(k).logged(&Dynamics::new(plant, p), record.scales.step())
-    };
+    let logged =
+        |(k, p): (usize, &Vec<f64>)| series.lane(k).logged(&Dynamics::new(plant, p), record.scales.step());
     sets.iter().enumerate().map(logged).collect()
 }
 

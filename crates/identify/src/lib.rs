@@ -6,6 +6,7 @@
 //! compared with what the plant predicts for it.
 
 mod base;
+mod before;
 mod colour;
 mod comparison;
 mod descent;

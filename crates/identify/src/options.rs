@@ -11,12 +11,14 @@ pub struct Options {
     pub material_share: f64,
     /// Smallest z of an accepted effect.
     pub least_z: f64,
+    /// Go on although a data check failed outright.
+    pub force: bool,
     /// Seed of the generic predictor and of the noise propagation.
     pub seed: u64,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { most_effects: 8, smoothing: None, material_share: 0.002, least_z: 4.0, seed: 1 }
+        Self { most_effects: 8, smoothing: None, material_share: 0.002, least_z: 4.0, force: false, seed: 1 }
     }
 }

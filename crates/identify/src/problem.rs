@@ -149,7 +149,9 @@ impl Equations {
         let mut held = vec![false; model.unknowns.len()];
         for _ in 0..BOUND_ROUNDS {
             let mut changed = false;
-            for (k, unknown) in model.unknowns.iter().enumerate().filter(|(k, _)| !held[*k]).collect::<Vec<_>>() {
+            for (k, unknown) in
+                model.unknowns.iter().enumerate().filter(|(k, _)| !held[*k]).collect::<Vec<_>>()
+            {
                 let from = model.p[unknown.position];
                 let allowed = unknown.moved(from, self.step[k]) - from;
                 if (allowed - self.step[k]).abs() > 1e-6 * unknown.scale {
@@ -250,4 +252,21 @@ pub(crate) fn refine(
         }
     }
     at
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_that_gains_much_is_free() {
+        let mut budget = Budget::new(2);
+        for _ in 0..10 {
+            budget.spend(1.0, 0.5);
+        }
+        assert!(budget.lasts());
+        budget.spend(1.0, 0.99);
+        budget.spend(1.0, f64::NAN);
+        assert!(!budget.lasts());
+    }
 }

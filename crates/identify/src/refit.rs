@@ -61,8 +61,8 @@ pub(crate) fn refit(
         Pair { before: &base.white, after: &white, raw_before: &base.at.residual, raw_after: &at.residual };
     let tension = base.model.penalty() - model.penalty();
     let evidence = Evidence::of(layout, &pair, tension, trial.parameters, &held_out, channel_std);
-    let refused =
-        impossible(&base.model, &model, &own, added).or_else(|| vague(problem, whitener, &model, &at, &own, new));
+    let refused = impossible(&base.model, &model, &own, added)
+        .or_else(|| vague(problem, whitener, &model, &at, &own, new));
     let fitted = Fitted { model, at, white, objective: best };
     Some(Refit { trial: trial.clone(), fitted, evidence, refused })
 }

@@ -198,10 +198,8 @@ impl ResidualForm for Imposed<'_> {
     fn residuals(&self, plant: &Plant, sets: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let jobs: Vec<(&[Vec<f64>], &Record)> =
             sets.chunks(LANES).flat_map(|lanes| self.records.iter().map(move |r| (lanes, r))).collect();
-        let parts: Vec<Vec<Vec<f64>>> = jobs
-            .par_iter()
-            .map(|(lanes, record)| self.predicted_in_lanes(plant, lanes, record))
-            .collect();
+        let parts: Vec<Vec<Vec<f64>>> =
+            jobs.par_iter().map(|(lanes, record)| self.predicted_in_lanes(plant, lanes, record)).collect();
         let runs = self.records.len();
         (0..sets.len())
             .map(|k| {

@@ -28,7 +28,11 @@ pub(crate) fn all_columns(
         },
         || -> Vec<Option<Vec<Vec<f64>>>> {
             let families: Vec<Vec<&EffectSpec>> = families(trials);
-            families.par_iter().map(|family| secants(problem, model, residual, family)).collect::<Vec<_>>().concat()
+            families
+                .par_iter()
+                .map(|family| secants(problem, model, residual, family))
+                .collect::<Vec<_>>()
+                .concat()
         },
     );
     let (mut linear, mut secants) = (linear.into_iter(), secants.into_iter());

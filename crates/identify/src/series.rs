@@ -50,7 +50,10 @@ impl<'c, S: Kind> Series<'c, S> {
     /// The channels as their sensors log them, on the grid. `dynamics` is that of the same parameters.
     pub fn logged(self, dynamics: &Dynamics<S>, step: f64) -> Vec<Vec<S>> {
         let Self { channels, raw, actuation } = self;
-        raw.into_iter().zip(channels).map(|(raw, c)| logged(raw, c, &actuation[c.dof], dynamics, step)).collect()
+        raw.into_iter()
+            .zip(channels)
+            .map(|(raw, c)| logged(raw, c, &actuation[c.dof], dynamics, step))
+            .collect()
     }
 }
 
@@ -58,7 +61,8 @@ impl<'c> Series<'c, Wide> {
     /// One lane of several. Delays differ from lane to lane, so each is logged by itself.
     pub fn lane(&self, k: usize) -> Series<'c, f64> {
         let raw = self.raw.iter().map(|r| r.iter().map(|x| x.0[k]).collect()).collect();
-        let drive = |a: &Actuation<Wide>| Actuation { gain: a.gain.0[k], lag: a.lag.0[k], delay: a.delay.0[k] };
+        let drive =
+            |a: &Actuation<Wide>| Actuation { gain: a.gain.0[k], lag: a.lag.0[k], delay: a.delay.0[k] };
         Series { channels: self.channels, raw, actuation: self.actuation.iter().map(drive).collect() }
     }
 }

@@ -16,6 +16,7 @@ use sinew_effect::Catalogue;
 use sinew_model::Robot;
 use sinew_plant::Plant;
 
+use crate::before::checked;
 use crate::comparison::Prepared;
 use crate::diagnosis::FalseAcceptance;
 use crate::explore::explore;
@@ -72,6 +73,7 @@ pub fn trial(
     options: &Options,
 ) -> Result<TrialReport, IdentifyError> {
     let prepared = Prepared::new(robot, runs, options)?;
+    checked(robot, catalogue, runs, options)?;
     let form = prepared.form(robot);
     let problem = Problem { robot, catalogue, form: &form, options };
     let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);
@@ -100,13 +102,16 @@ pub(crate) fn sentence(count: &FalseAcceptance) -> String {
     } else {
         "these runs are too short or too unlike the model to carry names: record more, at other speeds and poses"
     };
-    format!("on {accepted} of {surrogates} surrogates of this log, on which nothing is missing, an effect was accepted: {follows}")
+    format!(
+        "on {accepted} of {surrogates} surrogates of this log, on which nothing is missing, an effect was accepted: {follows}"
+    )
 }
 
 /// The search of one more effect on surrogates of the runs, with the model of `state` as the truth.
 pub(crate) fn surrogates(search: &Search, state: &State) -> Result<Vec<SurrogateReport>, IdentifyError> {
     let kinds = [Turned::Flipped, Turned::Shifted];
-    let all: Vec<(Turned, u64)> = kinds.into_iter().flat_map(|k| (0..SURROGATES).map(move |s| (k, s))).collect();
+    let all: Vec<(Turned, u64)> =
+        kinds.into_iter().flat_map(|k| (0..SURROGATES).map(move |s| (k, s))).collect();
     all.into_par_iter()
         .map(|(turned, number)| {
             let layout = search.problem.form.layout();
@@ -190,4 +195,50 @@ fn shifted(layout: &Layout, rows: &[f64], seed: u64) -> Vec<f64> {
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::residual::Segment;
+
+    // Two runs of four rows, two blocks each, the first row of each at rest.
+    fn layout() -> Layout {
+        let segment = |record: usize| Segment { record, channel: 0, first: 4 * record, len: 4 };
+        Layout {
+            channels: Vec::new(),
+            segments: vec![segment(0), segment(1)],
+            len: 8,
+            keep: (0..8).map(|k| k % 4 != 0).collect(),
+            reversal: vec![0.0; 8],
+            block: (0..8).map(|k| k / 2).collect(),
+            fold: vec![0; 8],
+            blocks: 4,
+            folds: 1,
+        }
+    }
+
+    #[test]
+    fn surrogates_keep_the_sizes_of_the_rows() {
+        let rows: Vec<f64> = (0..8).map(|k| f64::from(k) + 1.0).collect();
+        for seed in 0..20 {
+            let flipped = flipped(&layout(), &rows, seed);
+            assert!(flipped.iter().zip(&rows).all(|(a, b)| a.abs() == *b));
+            assert!((0..4).all(|b| flipped[2 * b].signum() == flipped[2 * b + 1].signum()));
+            let shifted = shifted(&layout(), &rows, seed);
+            for run in [0, 4] {
+                assert_eq!(shifted[run], rows[run], "a row at rest stays");
+                let mut moved = shifted[run + 1..run + 4].to_vec();
+                moved.sort_by(f64::total_cmp);
+                assert_eq!(moved, rows[run + 1..run + 4]);
+            }
+        }
+    }
+
+    #[test]
+    fn the_sentence_follows_the_count() {
+        let of = |accepted| sentence(&FalseAcceptance { accepted, surrogates: 20 });
+        assert!(of(0).starts_with("on 0 of 20") && of(0).ends_with("no accident of its noise"));
+        assert!(of(4).contains("with care") && of(5).contains("too short"));
+    }
 }

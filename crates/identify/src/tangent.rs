@@ -238,8 +238,7 @@ impl<'a> Tangent<'a> {
             return;
         }
         let states = &self.states;
-        let slope =
-            |i: usize, s: usize| states[s / DIRECTIONS].rows[HERE][i][s % DIRECTIONS];
+        let slope = |i: usize, s: usize| states[s / DIRECTIONS].rows[HERE][i][s % DIRECTIONS];
         let lu = Mat::from_fn(n, n, slope).partial_piv_lu();
         for forced in &mut self.parameters {
             let b = Mat::from_fn(n, DIRECTIONS, |i, d| -forced.pass.rows[HERE][i][d]);
@@ -404,10 +403,15 @@ impl<'a> Pass<'a> {
         let seen = seen.iter().any(|list| list.iter().any(changes));
         let moving = Moving::of(c);
         let asked = |k: usize| own[k] || (is_present[k] && (gears || seen));
-        let dynamics = Dynamics::of_some(plant, &p, |k| own[k] || is_present[k], |k| {
-            // The load on a motor changes with everything but the motor's own forces.
-            asked(k) || (is_present[k] && acts(k, Act::LoadedMotorForce))
-        });
+        let dynamics = Dynamics::of_some(
+            plant,
+            &p,
+            |k| own[k] || is_present[k],
+            |k| {
+                // The load on a motor changes with everything but the motor's own forces.
+                asked(k) || (is_present[k] && acts(k, Act::LoadedMotorForce))
+            },
+        );
         let motors_only = |k: usize| {
             let of_motors = [Act::MotorForce, Act::LoadedMotorForce, Act::Actuation];
             plant.effects()[k].effect.acts().iter().all(|act| of_motors.contains(act))
@@ -522,9 +526,9 @@ mod tests {
     use sinew_model::{EffectSpec, JointSettings, Place, Robot, samples};
 
     use super::*;
+    use crate::Options;
     use crate::comparison::Prepared;
     use crate::imposed::{imposed_dofs, predict};
-    use crate::Options;
 
     fn arm() -> Robot {
         let model = samples::planar_arm(2, 4.0, 0.5);
@@ -577,7 +581,9 @@ mod tests {
             add("time_skew", &[("time", 1e-3 * s)]);
         }
         specs.push(EffectSpec::new("payload", Place::Robot).with("mass", 1.0 * strength));
-        specs.push(EffectSpec::new("base_tilt", Place::Robot).with("about_x", 0.0).with("about_y", 0.02 * strength));
+        specs.push(
+            EffectSpec::new("base_tilt", Place::Robot).with("about_x", 0.0).with("about_y", 0.02 * strength),
+        );
         specs
     }
 

@@ -46,7 +46,8 @@ impl Waves {
         let channels = (0..sensors.channels.len()).filter(|&c| sensors.channels[c].dof == self.dof);
         let mut best: Vec<usize> = Vec::new();
         for channel in channels {
-            let spectrum: Vec<f64> = self.pairs.iter().map(|pair| explained(pair, &scaled[channel])).collect();
+            let spectrum: Vec<f64> =
+                self.pairs.iter().map(|pair| explained(pair, &scaled[channel])).collect();
             let peak = |k: usize| {
                 (k == 0 || spectrum[k] >= spectrum[k - 1])
                     && (k + 1 == spectrum.len() || spectrum[k] > spectrum[k + 1])

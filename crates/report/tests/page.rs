@@ -55,6 +55,7 @@ fn diagnosis() -> Diagnosis {
         place: place.clone(),
         probability: 0.97,
         error_explained: 0.71,
+        contribution: 12.0,
         values: vec![],
         z: 41.0,
         rivals: vec![rival("stribeck_friction", 0.02), rival("viscous_friction", 0.01)],

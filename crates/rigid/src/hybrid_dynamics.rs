@@ -100,7 +100,8 @@ pub fn hybrid_response_with<S: Scalar>(
         x[j] = S::ONE;
         ldlt::solve(&factor, nv, &mut x);
         for i in 0..nv {
-            let through = || (0..nv).filter(|&k| !imposed[k]).fold(S::ZERO, |sum, k| sum + M[i + nv * k] * x[k]);
+            let through =
+                || (0..nv).filter(|&k| !imposed[k]).fold(S::ZERO, |sum, k| sum + M[i + nv * k] * x[k]);
             response[i + nv * j] = if imposed[i] { through() } else { x[i] };
         }
     }

@@ -7,9 +7,9 @@ use sinew_model::samples::{Random, planar_arm, random_tree};
 use sinew_model::{Dual, Force, Inertia, Lanes, LinkId, Model, Scalar};
 use sinew_rigid::{
     Bodies, Scratch, bias, coriolis_matrix, forward_dynamics, forward_dynamics_batch, forward_dynamics_with,
-    gravity, hybrid_dynamics_with, hybrid_response_with, inertias, inverse_dynamics, inverse_dynamics_batch, inverse_dynamics_with,
-    inverse_mass_matrix, kinetic_energy, kinetic_energy_with, mass_matrix, mass_matrix_batch,
-    mass_matrix_with, potential_energy_with, regressor, tool_wrench_with,
+    gravity, hybrid_dynamics_with, hybrid_response_with, inertias, inverse_dynamics, inverse_dynamics_batch,
+    inverse_dynamics_with, inverse_mass_matrix, kinetic_energy, kinetic_energy_with, mass_matrix,
+    mass_matrix_batch, mass_matrix_with, potential_energy_with, regressor, tool_wrench_with,
 };
 
 /// Rounding of sums along twenty joints.
