@@ -218,7 +218,7 @@ fn added(search: &mut Search, state: State, spec: &EffectSpec) -> Result<State, 
                 let raw = state.columns[k].as_ref()?;
                 let score = screen.score(&state.trials[k], &state.whitener.apply_all(layout, raw))?;
                 let base = Base { fitted, whitener: &state.whitener, added: &state.added() };
-                refit(search.problem, &base, &state.trials[k], &score, &search.channel_std)
+                refit(search.problem, &base, None, &state.trials[k], &score, &search.channel_std)
             })
             .min_by(|a, b| a.fitted.objective.total_cmp(&b.fitted.objective))
     });

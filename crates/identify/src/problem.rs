@@ -50,6 +50,15 @@ impl Candidate {
         self.unknowns.iter().map(|u| u.pull(self.p[u.position])).sum()
     }
 
+    /// Every unknown of which something is stated back to what was stated.
+    pub fn straighten(&mut self) {
+        for unknown in &self.unknowns {
+            if let Some((mean, _)) = unknown.prior {
+                self.p[unknown.position] = mean;
+            }
+        }
+    }
+
     /// Moves every unknown by its step, as far as its range and its prior let it.
     pub fn step(&mut self, step: &[f64]) {
         for (unknown, step) in self.unknowns.iter().zip(step) {

@@ -141,75 +141,71 @@ impl Record {
                 "record at least a few seconds of motion",
             ));
         }
-        let smooth = Smoother::new(scales.smooth, scales.period);
-        let wide = Smoother::new(scales.wide, scales.period);
-        let trim = scales.wide - scales.smooth;
-        let thin = |x: Vec<f64>, trim: usize| -> Vec<f64> {
-            x[trim..x.len() - trim].iter().step_by(scales.stride).copied().collect()
-        };
-        let mut time = grid.times();
-        time = time[scales.wide..time.len() - scales.wide].iter().step_by(scales.stride).copied().collect();
-        let steps = time.len();
-        let (mut theta, mut thetad, mut thetadd, mut thetad_wide, mut position_noise) =
-            (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let mut middle: [Vec<Vec<f64>>; 3] = Default::default();
-        // Samples halfway between grid steps exist where the stride is even.
-        let half = trim + scales.stride / 2;
-        let between = |x: &[f64]| -> Vec<f64> {
-            x[half..x.len() - trim].iter().step_by(scales.stride).copied().collect()
-        };
-        for (dof, quantity) in sensors.imposed.iter().enumerate() {
-            let Some(signal) = quantity.and_then(|q| run.signal(q, model.dof_name(dof))) else {
-                for series in [&mut theta, &mut thetad, &mut thetadd, &mut thetad_wide] {
-                    series.push(vec![0.0; steps]);
-                }
-                middle.iter_mut().for_each(|m| m.push(vec![0.0; steps]));
-                position_noise.push(0.0);
-                continue;
-            };
-            let x = resample(&run.time, &signal.values, &grid);
-            let motion = [smooth.value(&x), smooth.rate(&x), smooth.second_rate(&x)];
-            for (m, series) in middle.iter_mut().zip(&motion) {
-                m.push(between(series));
-            }
-            for (grid, series) in [&mut theta, &mut thetad, &mut thetadd].into_iter().zip(motion) {
-                grid.push(thin(series, trim));
-            }
-            thetad_wide.push(thin(wide.rate(&x), 0));
-            position_noise.push(noise_of(signal, &x));
-        }
-        let (mut measured, mut noise) = (Vec::new(), Vec::new());
-        let mut start = vec![None; model.nv];
-        let first = ((START / scales.step()).round() as usize).min(steps);
-        for channel in &sensors.channels {
-            let signal = channel_signal(robot, run, channel);
-            let values = match channel.sensor {
-                Sensor::MotorTorque if scales.held => centred(&signal.values),
-                _ => signal.values.clone(),
-            };
-            let x = resample(&run.time, &values, &grid);
-            measured.push(thin(smooth.value(&x), trim));
-            if channel.sensor == Sensor::JointPosition {
-                let rate = thin(smooth.rate(&x), trim);
-                let last = &measured[measured.len() - 1];
-                start[channel.dof] = Some((0..first).map(|k| [last[k], rate[k]]).collect());
-            }
-            noise.push(noise_of(&signal, &resample(&run.time, &signal.values, &grid)));
-        }
-        Ok(Self {
+        let thin = Thinning::new(&grid, scales);
+        let mut record = Self {
             name: run.name.clone(),
             scales,
-            time,
-            theta,
-            thetad,
-            thetadd,
-            start,
-            middle: scales.stride.is_multiple_of(2).then_some(middle),
-            thetad_wide,
-            measured,
-            noise,
-            position_noise,
-        })
+            time: thin.thinned(&grid.times(), scales.wide),
+            theta: Vec::new(),
+            thetad: Vec::new(),
+            thetadd: Vec::new(),
+            middle: scales.stride.is_multiple_of(2).then(Default::default),
+            start: vec![None; model.nv],
+            thetad_wide: Vec::new(),
+            measured: Vec::new(),
+            noise: Vec::new(),
+            position_noise: Vec::new(),
+        };
+        for (dof, quantity) in sensors.imposed.iter().enumerate() {
+            record.impose(quantity.and_then(|q| run.signal(q, model.dof_name(dof))), run, &thin);
+        }
+        for channel in &sensors.channels {
+            record.measure(channel, &channel_signal(robot, run, channel), run, &thin);
+        }
+        Ok(record)
+    }
+
+    // The motion of the next degree of freedom; held at zero without a signal.
+    fn impose(&mut self, signal: Option<&Signal>, run: &Run, thin: &Thinning) {
+        let Some(signal) = signal else {
+            let still = vec![0.0; self.time.len()];
+            for series in [&mut self.theta, &mut self.thetad, &mut self.thetadd, &mut self.thetad_wide] {
+                series.push(still.clone());
+            }
+            self.middle.iter_mut().flatten().for_each(|m| m.push(still.clone()));
+            self.position_noise.push(0.0);
+            return;
+        };
+        let x = resample(&run.time, &signal.values, thin.grid);
+        let smooth = &thin.smooth;
+        let motion = [smooth.value(&x), smooth.rate(&x), smooth.second_rate(&x)];
+        for (m, series) in self.middle.iter_mut().flatten().zip(&motion) {
+            m.push(thin.halfway(series));
+        }
+        for (grid, series) in [&mut self.theta, &mut self.thetad, &mut self.thetadd].into_iter().zip(motion) {
+            grid.push(thin.smoothed(&series));
+        }
+        self.thetad_wide.push(thin.thinned(&thin.wide.rate(&x), 0));
+        self.position_noise.push(noise_of(signal, &x));
+    }
+
+    // The next channel, smoothed like the motion.
+    fn measure(&mut self, channel: &Channel, signal: &Signal, run: &Run, thin: &Thinning) {
+        let x = resample(&run.time, &signal.values, thin.grid);
+        self.noise.push(noise_of(signal, &x));
+        let x = match channel.sensor {
+            Sensor::MotorTorque if self.scales.held => {
+                resample(&run.time, &centred(&signal.values), thin.grid)
+            }
+            _ => x,
+        };
+        let values = thin.smoothed(&thin.smooth.value(&x));
+        if channel.sensor == Sensor::JointPosition {
+            let rate = thin.smoothed(&thin.smooth.rate(&x));
+            let first = ((START / self.scales.step()).round() as usize).min(values.len());
+            self.start[channel.dof] = Some((0..first).map(|k| [values[k], rate[k]]).collect());
+        }
+        self.measured.push(values);
     }
 
     /// Steps of the grid.
@@ -230,6 +226,38 @@ impl Record {
     /// Grid step of a row's centre.
     pub fn centre(&self, row: usize) -> usize {
         self.scales.kernel + row * self.scales.every
+    }
+}
+
+// From even samples to the grid of the analysis: what the wider kernel cannot reach is left out at both ends.
+struct Thinning<'a> {
+    grid: &'a Uniform,
+    smooth: Smoother,
+    wide: Smoother,
+    trim: usize,
+    stride: usize,
+}
+
+impl<'a> Thinning<'a> {
+    fn new(grid: &'a Uniform, scales: Scales) -> Self {
+        Self {
+            grid,
+            smooth: Smoother::new(scales.smooth, scales.period),
+            wide: Smoother::new(scales.wide, scales.period),
+            trim: scales.wide - scales.smooth,
+            stride: scales.stride,
+        }
+    }
+    fn thinned(&self, x: &[f64], trim: usize) -> Vec<f64> {
+        x[trim..x.len() - trim].iter().step_by(self.stride).copied().collect()
+    }
+    fn smoothed(&self, x: &[f64]) -> Vec<f64> {
+        self.thinned(x, self.trim)
+    }
+    // Samples halfway between grid steps exist where the stride is even.
+    fn halfway(&self, x: &[f64]) -> Vec<f64> {
+        let first = self.trim + self.stride / 2;
+        x[first..x.len() - self.trim].iter().step_by(self.stride).copied().collect()
     }
 }
 

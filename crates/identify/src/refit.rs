@@ -4,7 +4,7 @@ use crate::colour::Whitener;
 use crate::descent::Descent;
 use crate::gates::{Evidence, Pair};
 use crate::least_squares::{Normal, cross, dot, matrix};
-use crate::problem::{Candidate, Equations, Linearised, Problem};
+use crate::problem::{Candidate, Equations, Linearised, Problem, objective};
 use crate::residual::Layout;
 use crate::screen::Score;
 use crate::trial::Trial;
@@ -18,6 +18,15 @@ pub(crate) struct Fitted {
     /// Whitened residual.
     pub white: Vec<f64>,
     pub objective: f64,
+}
+
+impl Fitted {
+    /// A model at its linearisation.
+    pub fn of(layout: &Layout, whitener: &Whitener, model: Candidate, at: Linearised) -> Self {
+        let white = whitener.apply(layout, &at.residual);
+        let objective = objective(&white, &model);
+        Self { model, at, white, objective }
+    }
 }
 
 /// A candidate after its refit.
@@ -37,10 +46,12 @@ pub(crate) struct Base<'a> {
     pub added: &'a [usize],
 }
 
-/// Refits one candidate from its screened strengths and gathers the evidence for it.
+/// Refits one candidate from its screened strengths, and from the model about which they were screened if that is not
+/// the base, and gathers the evidence for it.
 pub(crate) fn refit(
     problem: &Problem,
     base: &Base,
+    start: Option<&Fitted>,
     trial: &Trial,
     score: &Score,
     channel_std: &[f64],
@@ -48,8 +59,10 @@ pub(crate) fn refit(
     let (added, whitener) = (base.added, base.whitener);
     let base = base.fitted;
     let layout = problem.form.layout();
-    let mut descent = Descent::new(problem, base, whitener, trial, score)?;
-    descent.shrink();
+    let mut descent = Descent::new(problem, start.unwrap_or(base), whitener, trial, score)?;
+    if start.is_none() {
+        descent.shrink();
+    }
     descent.descend();
     let structural_rival = trial.card.rivals.iter().any(|r| r.structural);
     if structural_rival && score.drop > 30.0 && descent.best > base.objective - 0.1 * score.drop {

@@ -27,7 +27,19 @@ pub(crate) struct State {
     pub accepted: Vec<Accepted>,
     /// The candidates offered to this model, and their raw columns.
     pub trials: Vec<Trial>,
-    pub columns: Vec<Option<Vec<Vec<f64>>>>,
+    pub columns: Columns,
+    /// The same about the stated values, where the fit has bent them far.
+    pub stated: Option<Stated>,
+}
+
+/// Raw columns of every candidate; none for one that cannot be evaluated.
+pub(crate) type Columns = Vec<Option<Vec<Vec<f64>>>>;
+
+/// A model at the values that its robot states: a parameter that was bent to imitate a missing effect hides the effect
+/// from a screen about the fit.
+pub(crate) struct Stated {
+    pub fitted: Fitted,
+    pub columns: Columns,
 }
 
 impl State {
@@ -74,8 +86,11 @@ pub(crate) struct Round {
 // Most candidates refitted in a round, and fewest and most for one place.
 const SHORT_LIST: usize = 8;
 const SHORT_LIST_PLACE: (usize, usize) = (3, 5);
-// Releases refitted besides.
+// Releases refitted besides, and candidates from a screen about the stated values.
 const RELEASES: usize = 2;
+const STATED_LIST: usize = 4;
+// Standard deviations from its stated value beyond which a parameter is bent.
+const BENT: f64 = 4.0;
 const FEATURES: usize = 140;
 // Differences of χ² and z below which two candidates are tied.
 const TIE_CHI: f64 = 10.0;
@@ -166,16 +181,42 @@ impl<'a> Search<'a> {
         let flat: Vec<Vec<f64>> = columns.iter().flatten().flatten().cloned().collect();
         let whitener = self.noise(&model, &at.residual, &[&at.columns, &flat]);
         let at = refine(self.problem, &mut model, &whitener, 6);
-        let white = whitener.apply(layout, &at.residual);
-        let objective = crate::problem::objective(&white, &model);
-        Ok(State { fitted: Fitted { model, at, white, objective }, whitener, accepted, trials, columns })
+        let fitted = Fitted::of(layout, &whitener, model, at);
+        let stated = self.stated(&fitted.model, &whitener, &trials)?;
+        Ok(State { fitted, whitener, accepted, trials, columns, stated })
+    }
+
+    // The model at its stated values, if some value is far from what was stated.
+    fn stated(
+        &self,
+        model: &Candidate,
+        whitener: &Whitener,
+        trials: &[Trial],
+    ) -> Result<Option<Stated>, IdentifyError> {
+        if model.unknowns.iter().all(|u| u.pull(model.p[u.position]) < BENT * BENT) {
+            return Ok(None);
+        }
+        let mut stated = Candidate::new(self.problem, model.specs.clone())?;
+        stated.unknowns = model.unknowns.clone();
+        stated.p = model.p.clone();
+        stated.straighten();
+        let at = stated.linearise(self.problem);
+        let columns = all_columns(self.problem, &stated, &at.residual, trials);
+        let fitted = Fitted::of(self.problem.form.layout(), whitener, stated, at);
+        Ok(Some(Stated { fitted, columns }))
     }
 
     /// Takes banned candidates out of what is offered to a state.
     pub fn offer_again(&self, state: &mut State) {
+        let is_allowed = |trial: &Trial| !self.banned.contains(&trial.label());
+        let allowed: Vec<bool> = state.trials.iter().map(is_allowed).collect();
+        if let Some(stated) = &mut state.stated {
+            let mut kept = allowed.iter();
+            stated.columns.retain(|_| kept.next().is_some_and(|k| *k));
+        }
         let trials = std::mem::take(&mut state.trials).into_iter().zip(std::mem::take(&mut state.columns));
-        let allowed = trials.filter(|(trial, _)| !self.banned.contains(&trial.label()));
-        (state.trials, state.columns) = allowed.unzip();
+        let kept = trials.zip(allowed).filter(|(_, allowed)| *allowed);
+        (state.trials, state.columns) = kept.map(|(pair, _)| pair).unzip();
     }
 
     fn noise(&self, model: &Candidate, residual: &[f64], columns: &[&[Vec<f64>]]) -> Whitener {
@@ -212,33 +253,32 @@ impl<'a> Search<'a> {
 
     /// One round: screen everything, refit the short list, pass it through the gates.
     pub fn round(&mut self, state: &State, step: usize) -> Round {
-        let layout = self.problem.form.layout();
-        let fitted = &state.fitted;
         let trials = &state.trials;
-        let base = Equations::new(&state.whitener, self.problem, &fitted.model, &fitted.at, 0.0);
-        let Some(base) = base.and_then(|b| b.bounded(&fitted.model)) else {
+        let Some(scores) = self.scores(&state.fitted, state, &state.columns) else {
             return Round { passed: Vec::new(), failed: Vec::new() };
         };
-        let screen = Screen { problem: self.problem, model: &fitted.model, base: &base };
-        let scores: Vec<Option<Score>> = trials
-            .par_iter()
-            .zip(&state.columns)
-            .map(|(trial, raw)| {
-                let raw = raw.as_ref()?;
-                screen.score(trial, &state.whitener.apply_all(layout, raw))
-            })
-            .collect();
         let list = self.short_list(trials, &scores, step);
-        let refits: Vec<Option<Refit>> = list
+        let mut starts: Vec<(usize, &Score, Option<&Fitted>)> =
+            list.iter().filter_map(|&k| Some((k, scores[k].as_ref()?, None))).collect();
+        let from_stated = state
+            .stated
+            .as_ref()
+            .and_then(|stated| Some((self.scores(&stated.fitted, state, &stated.columns)?, &stated.fitted)));
+        if let Some((scores, stated)) = &from_stated {
+            let best = best_starts(trials, scores);
+            let new = best.iter().filter(|&&k| matches!(trials[k].how, How::New { .. })).take(STATED_LIST);
+            starts.extend(new.filter_map(|&k| Some((k, scores[k].as_ref()?, Some(*stated)))));
+        }
+        let base = Base { fitted: &state.fitted, whitener: &state.whitener, added: &state.added() };
+        let refits: Vec<Option<Refit>> = starts
             .par_iter()
-            .map(|&k| {
-                let score = scores[k].as_ref()?;
-                let base = Base { fitted, whitener: &state.whitener, added: &state.added() };
-                refit(self.problem, &base, &trials[k], score, &self.channel_std)
+            .map(|(k, score, start)| {
+                refit(self.problem, &base, *start, &trials[*k], score, &self.channel_std)
             })
             .collect();
+        let refits = lowest_of_each(refits.into_iter().flatten());
         let (mut passed, mut failed) = (Vec::new(), Vec::new());
-        for mut refit in refits.into_iter().flatten() {
+        for mut refit in refits {
             if refit.refused.is_none() {
                 refit.refused = refit.evidence.refused(self.problem.options, trials.len());
             }
@@ -256,32 +296,27 @@ impl<'a> Search<'a> {
         Round { passed, failed }
     }
 
-    // The best start values of each effect and place; of those the best by the fall of the objective.
+    // Scores of all trials about one model.
+    fn scores(&self, about: &Fitted, state: &State, columns: &Columns) -> Option<Vec<Option<Score>>> {
+        let layout = self.problem.form.layout();
+        let base = Equations::new(&state.whitener, self.problem, &about.model, &about.at, 0.0)?;
+        let base = base.bounded(&about.model)?;
+        let screen = Screen { problem: self.problem, model: &about.model, base: &base };
+        let score = |(trial, raw): (&Trial, &Option<Vec<Vec<f64>>>)| {
+            screen.score(trial, &state.whitener.apply_all(layout, raw.as_ref()?))
+        };
+        Some(state.trials.par_iter().zip(columns).map(score).collect())
+    }
+
+    // Of the best start values of each effect and place the best by the fall of the objective.
     fn short_list(&mut self, trials: &[Trial], scores: &[Option<Score>], step: usize) -> Vec<usize> {
-        let mut best: Vec<usize> = Vec::new();
-        let mut out: Vec<usize> = Vec::new();
-        for k in 0..trials.len() {
-            let Some(score) = &scores[k] else { continue };
-            if !score.drop.is_finite() || score.drop < 12.0 {
-                continue;
-            }
-            let best = if score.out.is_some() { &mut out } else { &mut best };
-            match best.iter_mut().find(|b| trials[**b].label() == trials[k].label()) {
-                Some(slot) => {
-                    if scores[*slot].as_ref().is_some_and(|s| s.drop < score.drop) {
-                        *slot = k;
-                    }
-                }
-                None => best.push(k),
-            }
-        }
-        let drop = |k: usize| scores[k].as_ref().map_or(0.0, |s| s.drop);
-        for k in out.into_iter().filter(|&k| drop(k) > 30.0) {
+        for k in impossible_starts(trials, scores) {
             if let Some(reason) = scores[k].as_ref().and_then(|s| s.out.clone()) {
                 self.refuse(&trials[k], step, reason);
             }
         }
-        best.sort_by(|&a, &b| drop(b).total_cmp(&drop(a)));
+        let best = best_starts(trials, scores);
+        let drop = |k: usize| scores[k].as_ref().map_or(0.0, |s| s.drop);
         let mut list: Vec<usize> = Vec::new();
         let joints = self.sensors.imposed.iter().flatten().count().max(1);
         let per_place = (SHORT_LIST / joints).clamp(SHORT_LIST_PLACE.0, SHORT_LIST_PLACE.1);
@@ -349,11 +384,7 @@ impl<'a> Search<'a> {
             return;
         }
         let kept = model.p.clone();
-        for u in &model.unknowns {
-            if let Some((mean, _)) = u.prior {
-                model.p[u.position] = mean;
-            }
-        }
+        model.straighten();
         let again = refine(self.problem, model, whitener, 10);
         if value(model, &again.residual) < first {
             *at = again;
@@ -394,6 +425,50 @@ impl<'a> Search<'a> {
         self.settled(model, at, accepted).map(Some)
     }
 }
+
+// The best start values of each effect and place, best first.
+fn best_starts(trials: &[Trial], scores: &[Option<Score>]) -> Vec<usize> {
+    best_by_label(trials, scores, |s| s.out.is_none())
+}
+
+// The same of those that physics forbids and the data ask for.
+fn impossible_starts(trials: &[Trial], scores: &[Option<Score>]) -> Vec<usize> {
+    best_by_label(trials, scores, |s| s.out.is_some() && s.drop > WORTH_A_WORD)
+}
+
+fn best_by_label(trials: &[Trial], scores: &[Option<Score>], counts: impl Fn(&Score) -> bool) -> Vec<usize> {
+    let drop = |k: usize| scores[k].as_ref().map_or(0.0, |s| s.drop);
+    let mut best: Vec<usize> = Vec::new();
+    for k in 0..trials.len() {
+        if !scores[k].as_ref().is_some_and(|s| s.drop.is_finite() && s.drop >= LEAST_DROP && counts(s)) {
+            continue;
+        }
+        match best.iter_mut().find(|b| trials[**b].label() == trials[k].label()) {
+            Some(slot) if drop(*slot) < drop(k) => *slot = k,
+            Some(_) => {}
+            None => best.push(k),
+        }
+    }
+    best.sort_by(|&a, &b| drop(b).total_cmp(&drop(a)));
+    best
+}
+
+// Of refits of one candidate from several starts the one that ended lowest.
+fn lowest_of_each(refits: impl Iterator<Item = Refit>) -> Vec<Refit> {
+    let mut lowest: Vec<Refit> = Vec::new();
+    for refit in refits {
+        match lowest.iter_mut().find(|l| l.trial.label() == refit.trial.label()) {
+            Some(slot) if refit.fitted.objective < slot.fitted.objective => *slot = refit,
+            Some(_) => {}
+            None => lowest.push(refit),
+        }
+    }
+    lowest
+}
+
+// Falls of the objective below which a trial is not refitted, and above which an impossible one is told.
+const LEAST_DROP: f64 = 12.0;
+const WORTH_A_WORD: f64 = 30.0;
 
 // Mean square of the whitened rows above which a fit may have ended in a wrong valley.
 const MISFIT: f64 = 4.0;
