@@ -28,87 +28,100 @@ pub struct Hidden {
 
 /// Every effect that these sensors can see, hidden at degree of freedom `dof` (link effects at the link it moves).
 pub fn hidden_effects(arm: &Arm, dof: usize) -> Vec<Hidden> {
-    let model = &arm.robot.model;
-    let joint = model.dof_name(dof).to_owned();
-    let link = model.links.iter().find(|l| l.body.is_some_and(|b| b.0 == dof)).map(|l| l.name.clone());
-    let link = link.unwrap_or_default();
+    let joint = arm.robot.model.dof_name(dof).to_owned();
+    let mut list = added_at_joint(arm, dof, &joint);
+    list.extend(added_to_robot(arm, dof));
+    list.extend(changed(arm, dof, &joint));
+    list
+}
+
+fn added_at_joint(arm: &Arm, dof: usize, joint: &str) -> Vec<Hidden> {
     let f = arm.torque[dof];
     let k = arm.robot.joints[dof].stiffness.unwrap_or(1e4);
     // A large deflection of this spring: five times Coulomb torque.
     let deflection = 5.0 * f / k;
-    let mut list = Vec::new();
-    let mut at_joint = |effect: &'static str, values: &[(&str, f64)]| {
-        let spec = values
-            .iter()
-            .fold(EffectSpec::new(effect, Place::Joint(joint.clone())), |s, (key, v)| s.with(key, *v));
-        list.push(Hidden { effect, place: joint.clone(), dof, how: How::Added(spec) });
+    let with = |effect: &'static str, values: &[(&str, f64)]| {
+        let plain = EffectSpec::new(effect, Place::Joint(joint.to_owned()));
+        let spec = values.iter().fold(plain, |s, (key, v)| s.with(key, *v));
+        Hidden { effect, place: joint.to_owned(), dof, how: How::Added(spec) }
     };
-    at_joint("stribeck_friction", &[("stribeck", 0.5 * f), ("stribeck_velocity", 0.06)]);
-    at_joint("asymmetric_friction", &[("slope", 0.3 * f)]);
-    at_joint("load_dependent_friction", &[("load_coefficient", 0.1)]);
-    at_joint("quadratic_viscous_friction", &[("quadratic", 0.3 * f)]);
-    at_joint("presliding_friction", &[("bristle_stiffness", 600.0 * f), ("micro_damping", 3.0 * f)]);
-    at_joint("link_viscous_friction", &[("viscous", 0.6 * f)]);
-    at_joint("link_coulomb_friction", &[("coulomb", 0.5 * f), ("smoothing_velocity", 1e-3)]);
-    at_joint("stiffness_hardening", &[("cubic", 0.5 * k / (deflection * deflection))]);
-    at_joint("backlash", &[("half_width", 0.15 * deflection)]);
-    at_joint("transmission_hysteresis", &[("stiffness", 0.6 * f), ("yield_deflection", 0.1 * deflection)]);
-    at_joint(
-        "transmission_error",
-        &[("sine", 0.06 * deflection), ("cosine", 0.04 * deflection), ("per_turn", 14.0)],
-    );
-    at_joint("cogging_torque", &[("sine", 0.2 * f), ("cosine", 0.1 * f), ("per_turn", 24.0)]);
-    at_joint("torque_ripple", &[("sine", 0.06), ("cosine", -0.04), ("per_turn", 17.0)]);
-    at_joint("balancer_spring", &[("stiffness", 1.2 * f), ("preload", 0.4 * f)]);
-    at_joint("torque_constant_error", &[("scale_error", 0.2)]);
-    at_joint("actuator_lag", &[("time", 0.004)]);
-    at_joint("actuator_delay", &[("time", 0.005)]);
-    at_joint("torque_sensor_offset", &[("offset", 2.0 * f)]);
-    at_joint("position_sensor_offset", &[("offset", 3e-3)]);
-    at_joint("position_sensor_scale", &[("scale_error", 0.01)]);
-    at_joint("time_skew", &[("time", 0.008)]);
-    let mut contact = EffectSpec::new("contact", Place::Joint(joint.clone()))
-        .with("stiffness", 8.0 * f)
-        .with("position", 0.35);
-    contact.settings.push(("side".to_owned(), Setting::Word("above".to_owned())));
-    list.push(Hidden { effect: "contact", place: joint.clone(), dof, how: How::Added(contact) });
-    let robot = Place::Robot;
-    list.push(Hidden {
-        effect: "payload",
-        place: robot.to_string(),
-        dof,
-        how: How::Added(EffectSpec::new("payload", Place::Robot).with("mass", 1.5)),
-    });
-    if model.nv > 1 {
-        let tilt = EffectSpec::new("base_tilt", Place::Robot).with("about_x", 0.0).with("about_y", 0.06);
-        list.push(Hidden { effect: "base_tilt", place: robot.to_string(), dof, how: How::Added(tilt) });
+    let mut contact = with("contact", &[("stiffness", 8.0 * f), ("position", 0.35)]);
+    if let How::Added(spec) = &mut contact.how {
+        spec.settings.push(("side".to_owned(), Setting::Word("above".to_owned())));
     }
-    let mut changed = |effect: &'static str, place: &str, how: How| {
-        list.push(Hidden { effect, place: place.to_owned(), dof, how });
+    vec![
+        with("stribeck_friction", &[("stribeck", 0.5 * f), ("stribeck_velocity", 0.06)]),
+        with("asymmetric_friction", &[("slope", 0.3 * f)]),
+        with("load_dependent_friction", &[("load_coefficient", 0.1)]),
+        with("quadratic_viscous_friction", &[("quadratic", 0.3 * f)]),
+        with("presliding_friction", &[("bristle_stiffness", 600.0 * f), ("micro_damping", 3.0 * f)]),
+        with("link_viscous_friction", &[("viscous", 0.6 * f)]),
+        with("link_coulomb_friction", &[("coulomb", 0.5 * f), ("smoothing_velocity", 1e-3)]),
+        with("stiffness_hardening", &[("cubic", 0.5 * k / (deflection * deflection))]),
+        with("backlash", &[("half_width", 0.15 * deflection)]),
+        with("transmission_hysteresis", &[("stiffness", 0.6 * f), ("yield_deflection", 0.1 * deflection)]),
+        with(
+            "transmission_error",
+            &[("sine", 0.06 * deflection), ("cosine", 0.04 * deflection), ("per_turn", 14.0)],
+        ),
+        with("cogging_torque", &[("sine", 0.2 * f), ("cosine", 0.1 * f), ("per_turn", 24.0)]),
+        with("torque_ripple", &[("sine", 0.06), ("cosine", -0.04), ("per_turn", 17.0)]),
+        with("balancer_spring", &[("stiffness", 1.2 * f), ("preload", 0.4 * f)]),
+        with("torque_constant_error", &[("scale_error", 0.2)]),
+        with("actuator_lag", &[("time", 0.004)]),
+        with("actuator_delay", &[("time", 0.005)]),
+        with("torque_sensor_offset", &[("offset", 2.0 * f)]),
+        with("position_sensor_offset", &[("offset", 3e-3)]),
+        with("position_sensor_scale", &[("scale_error", 0.01)]),
+        with("time_skew", &[("time", 0.008)]),
+        contact,
+    ]
+}
+
+fn added_to_robot(arm: &Arm, dof: usize) -> Vec<Hidden> {
+    let with = |effect: &'static str, spec: EffectSpec| Hidden {
+        effect,
+        place: Place::Robot.to_string(),
+        dof,
+        how: How::Added(spec),
     };
-    changed("viscous_friction", &joint, How::Forgotten(|r, d| forget(r, "viscous_friction", d)));
-    changed("coulomb_friction", &joint, How::Forgotten(|r, d| forget(r, "coulomb_friction", d)));
-    changed("joint_elasticity", &joint, How::Forgotten(|r, d| r.joints[d].stiffness = None));
-    changed("joint_stiffness_error", &joint, How::Changed(|r, d| scale(&mut r.joints[d].stiffness, 1.6)));
-    changed("joint_damping_error", &joint, How::Changed(|r, d| r.joints[d].damping *= 4.0));
-    changed("rotor_inertia", &joint, How::Changed(|r, d| r.joints[d].rotor_inertia *= 1.4));
-    changed(
-        "link_first_moment",
-        &link,
-        How::Changed(|r, d| {
-            let body = &mut r.model.joints[d].inertia;
-            body.first_moment.x *= 1.35;
-        }),
-    );
-    changed(
-        "link_inertia",
-        &link,
-        How::Changed(|r, d| {
-            let body = &mut r.model.joints[d].inertia;
-            body.second_moment.yy *= 1.5;
-        }),
-    );
+    let mut list = vec![with("payload", EffectSpec::new("payload", Place::Robot).with("mass", 1.5))];
+    if arm.robot.model.nv > 1 {
+        let tilt = EffectSpec::new("base_tilt", Place::Robot).with("about_x", 0.0).with("about_y", 0.06);
+        list.push(with("base_tilt", tilt));
+    }
     list
+}
+
+fn changed(arm: &Arm, dof: usize, joint: &str) -> Vec<Hidden> {
+    let owner = arm.robot.model.links.iter().find(|l| l.body.is_some_and(|b| b.0 == dof));
+    let link = owner.map_or("", |l| l.name.as_str());
+    let with =
+        |effect: &'static str, place: &str, how: How| Hidden { effect, place: place.to_owned(), dof, how };
+    vec![
+        with("viscous_friction", joint, How::Forgotten(|r, d| forget(r, "viscous_friction", d))),
+        with("coulomb_friction", joint, How::Forgotten(|r, d| forget(r, "coulomb_friction", d))),
+        with("joint_elasticity", joint, How::Forgotten(|r, d| r.joints[d].stiffness = None)),
+        with("joint_stiffness_error", joint, How::Changed(|r, d| scale(&mut r.joints[d].stiffness, 1.6))),
+        with("joint_damping_error", joint, How::Changed(|r, d| r.joints[d].damping *= 4.0)),
+        with("rotor_inertia", joint, How::Changed(|r, d| r.joints[d].rotor_inertia *= 1.4)),
+        with(
+            "link_first_moment",
+            link,
+            How::Changed(|r, d| {
+                let body = &mut r.model.joints[d].inertia;
+                body.first_moment.x *= 1.35;
+            }),
+        ),
+        with(
+            "link_inertia",
+            link,
+            How::Changed(|r, d| {
+                let body = &mut r.model.joints[d].inertia;
+                body.second_moment.yy *= 1.5;
+            }),
+        ),
+    ]
 }
 
 fn forget(robot: &mut Robot, kind: &str, dof: usize) {

@@ -1,7 +1,6 @@
 //! One case: a truth that differs from the model, its measured runs, and the verdict.
 
 use sinew_data::{Quantity, Run};
-use sinew_effect::Screening;
 use sinew_effects::CATALOGUE;
 use sinew_identify::{Diagnosis, Options, Verdict, diagnose};
 use sinew_model::{EffectSpec, Robot};
@@ -35,7 +34,7 @@ pub struct Outcome {
     pub verdict: Verdict,
     /// First effect and place named, with its probability.
     pub first: Option<(String, String, f64)>,
-    /// Its contribution ρ, in units of filtered noise; zero for a parameter released from its tolerance.
+    /// Its contribution ρ, in units of filtered noise; near zero for a value that only its tolerance speaks against.
     pub contribution: f64,
     /// All accepted, `effect@place`.
     pub accepted: Vec<String>,
@@ -69,18 +68,6 @@ impl Case {
         }
         let hidden = hidden.map(|h| (h.effect.to_owned(), h.place.clone()));
         Self { model, truth, hidden, seed }
-    }
-
-    /// Whether the truth differs only in a value that the model states.
-    pub fn releases(&self) -> bool {
-        let stated = |kind: &str| {
-            CATALOGUE.find(kind).is_some_and(|e| matches!(e.card.screening, Screening::Release { .. }))
-        };
-        let offsets = ["torque_sensor_offset", "position_sensor_offset", "time_skew", "rotor_inertia"];
-        let inertial = ["link_mass", "link_first_moment", "link_inertia"];
-        self.hidden.as_ref().is_some_and(|(e, _)| {
-            stated(e) || offsets.contains(&e.as_str()) || inertial.contains(&e.as_str())
-        })
     }
 
     /// Whether the diagnosis named the right effect at the right place first.

@@ -43,11 +43,19 @@ pub(crate) fn text(diagnosis: &Diagnosis, explain: bool) -> String {
     if !diagnosis.scope.is_empty() {
         out += &format!("\nscope: {}\n", diagnosis.scope);
     }
+    out += &refusals(diagnosis, explain);
+    out
+}
+
+/// Every refused candidate with the gate that refused it, or how many there are.
+pub(crate) fn refusals(diagnosis: &Diagnosis, explain: bool) -> String {
+    let refused = &diagnosis.refusals;
+    let mut out = String::new();
     if explain {
-        let refusal = |r: &sinew_identify::Refusal| format!("step {}: {}: {}", r.step, r.candidate, r.reason);
-        section(&mut out, "refused", &diagnosis.refusals.iter().map(refusal).collect::<Vec<_>>());
-    } else if !diagnosis.refusals.is_empty() {
-        out += &format!("{} candidates were refused; --explain says why\n", diagnosis.refusals.len());
+        let line = |r: &sinew_identify::Refusal| format!("step {}: {}: {}", r.step, r.candidate, r.reason);
+        section(&mut out, "refused", &refused.iter().map(line).collect::<Vec<_>>());
+    } else if !refused.is_empty() {
+        out += &format!("{} candidates were refused; --explain says why\n", refused.len());
     }
     out
 }

@@ -7,6 +7,7 @@ use sinew_identify::discover;
 use sinew_report::verdict_in_words;
 
 use crate::console::Console;
+use crate::diagnose::refusals;
 use crate::error::CliError;
 use crate::fit;
 use crate::inputs::Inputs;
@@ -22,6 +23,9 @@ pub(crate) struct Discover {
     check: Vec<RunSpec>,
     #[command(flatten)]
     output: OutputFile,
+    /// Say also which candidates were refused, and why
+    #[arg(long)]
+    explain: bool,
 }
 
 impl Discover {
@@ -35,8 +39,9 @@ impl Discover {
         console.say(&format!("{}: written", path.display()));
         console.answer(&found, || {
             let ladder = fit::ladder(&found.steps);
+            let refusals = refusals(&found.diagnosis, self.explain);
             format!(
-                "{ladder}\n\n{}\n\nscope: {}\n",
+                "{ladder}\n\n{}\n\nscope: {}\n{refusals}",
                 verdict_in_words(&found.diagnosis),
                 found.diagnosis.scope
             )

@@ -40,4 +40,5 @@ pub use repeats::{Repeat, find_repeats};
 pub use resample::{Uniform, resample};
 pub use run::{Run, Signal};
 pub use run_spec::RunSpec;
+pub use sensor_facts::{SensorFact, SensorFacts};
 pub use smoother::Smoother;

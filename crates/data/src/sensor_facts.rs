@@ -1,5 +1,7 @@
 //! What is known of the sensors of a run: noise and resolution.
 
+use std::path::Path;
+
 use toml::de::DeTable;
 
 use crate::error::DataError;
@@ -8,42 +10,68 @@ use crate::run::Signal;
 use crate::settings_file::{Settings, SettingsFile};
 
 /// Noise and resolution of sensors, from `[sensors]` of a columns map or from `arm.run.toml` beside `arm.csv`.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct SensorFacts(Vec<Fact>);
+///
+/// # Example
+/// ```
+/// let facts = sinew_data::SensorFacts::parse("motor_torque.elbow.std = 0.02", "arm.run.toml").unwrap();
+/// assert_eq!((facts.list[0].place.as_deref(), facts.list[0].std), (Some("elbow"), Some(0.02)));
+/// ```
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SensorFacts {
+    /// The facts, in the order of the file.
+    pub list: Vec<SensorFact>,
+}
 
 /// A quantity of one place, or of every place that has no fact of its own.
-#[derive(Debug, Clone)]
-struct Fact {
-    quantity: Quantity,
-    place: Option<String>,
-    std: Option<f64>,
-    resolution: Option<f64>,
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorFact {
+    /// The quantity.
+    pub quantity: Quantity,
+    /// The place; none for all.
+    pub place: Option<String>,
+    /// Standard deviation of white noise, in the quantity's unit.
+    pub std: Option<f64>,
+    /// Step between two readings, in the quantity's unit.
+    pub resolution: Option<f64>,
 }
 
 impl SensorFacts {
-    /// The facts of a whole `.run.toml`.
+    /// Reads a `.run.toml`.
+    ///
+    /// # Errors
+    /// If the file cannot be read or says something else than noise and resolution.
+    pub fn read(path: &Path) -> Result<SensorFacts, DataError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| DataError::Unreadable { path: path.to_owned(), source })?;
+        SensorFacts::parse(&text, &path.display().to_string())
+    }
+
+    /// The facts of a whole `.run.toml`, called `name` in errors.
+    ///
+    /// # Errors
+    /// If it is not well-formed or says something else than noise and resolution.
     pub fn parse(text: &str, name: &str) -> Result<SensorFacts, DataError> {
         let file = SettingsFile { name, text };
         SensorFacts::from_table(&file, file.table()?.get_ref())
     }
 
     /// The facts of a table.
-    pub fn from_table(file: &SettingsFile, table: &DeTable) -> Result<SensorFacts, DataError> {
+    pub(crate) fn from_table(file: &SettingsFile, table: &DeTable) -> Result<SensorFacts, DataError> {
         file.settings(table)?
             .iter()
             .map(|settings| fact(file, settings))
             .collect::<Result<_, _>>()
-            .map(SensorFacts)
+            .map(|list| SensorFacts { list })
     }
 
     /// Writes into a signal what is known of it; what is said of its own place wins.
-    pub fn apply(&self, signal: &mut Signal) {
+    pub(crate) fn apply(&self, signal: &mut Signal) {
         for own in [true, false] {
-            let of_signal = |f: &&Fact| {
+            let of_signal = |f: &&SensorFact| {
                 f.quantity == signal.quantity
                     && if own { f.place.as_deref() == Some(&signal.place) } else { f.place.is_none() }
             };
-            for fact in self.0.iter().filter(of_signal) {
+            for fact in self.list.iter().filter(of_signal) {
                 signal.std = signal.std.or(fact.std);
                 signal.resolution = signal.resolution.or(fact.resolution);
             }
@@ -51,7 +79,7 @@ impl SensorFacts {
     }
 }
 
-fn fact(file: &SettingsFile, settings: &Settings) -> Result<Fact, DataError> {
+fn fact(file: &SettingsFile, settings: &Settings) -> Result<SensorFact, DataError> {
     let wrong_name = |error: DataError| match error {
         DataError::BadName { what, help, .. } => file.error(settings.at, what, help),
         other => other,
@@ -71,7 +99,7 @@ fn fact(file: &SettingsFile, settings: &Settings) -> Result<Fact, DataError> {
         )),
         number => Ok(number),
     };
-    Ok(Fact { quantity, place, std: positive("std")?, resolution: positive("resolution")? })
+    Ok(SensorFact { quantity, place, std: positive("std")?, resolution: positive("resolution")? })
 }
 
 #[cfg(test)]

@@ -57,33 +57,29 @@ pub fn torque_checks(robot: &Robot, catalogue: &Catalogue, runs: &[Run], options
             suspicion(Severity::Error, joint(i), statement, "exchange the two columns in the map")
         })
         .collect();
-    for i in (0..torques.len()).filter(|i| !swapped.iter().any(|(a, b)| a == i || b == i)) {
-        let (slope, share) = regression(&measured[i], &predicted[i]);
-        if share < CLEAR {
-            continue;
-        }
-        if slope < 0.0 {
-            let statement = format!(
-                "the torque has the opposite sign of the model's ({:.0} % explained by it)",
-                100.0 * share
-            );
-            notes.push(suspicion(
-                Severity::Error,
-                joint(i),
-                statement,
-                "write a negative scale in the columns map, or turn the joint's axis",
-            ));
-        } else if !(1.0 / FACTOR..FACTOR).contains(&slope) {
-            let statement = format!("the torque is {slope:.3} times the model's");
-            notes.push(suspicion(
-                Severity::Warning,
-                joint(i),
-                statement,
-                "motor quantities are reflected to the link side (times the gear ratio), in N·m",
-            ));
-        }
-    }
+    let alone = (0..torques.len()).filter(|i| !swapped.iter().any(|(a, b)| a == i || b == i));
+    notes.extend(alone.filter_map(|i| sign_or_size(joint(i), &measured[i], &predicted[i])));
     notes
+}
+
+// A torque that follows the model's with the wrong sign or size.
+fn sign_or_size(joint: &str, measured: &[f64], predicted: &[f64]) -> Option<Note> {
+    let (slope, share) = regression(measured, predicted);
+    if share < CLEAR {
+        None
+    } else if slope < 0.0 {
+        let percent = 100.0 * share;
+        let statement =
+            format!("the torque has the opposite sign of the model's ({percent:.0} % explained by it)");
+        let help = "write a negative scale in the columns map, or turn the joint's axis";
+        Some(suspicion(Severity::Error, joint, statement, help))
+    } else if !(1.0 / FACTOR..FACTOR).contains(&slope) {
+        let statement = format!("the torque is {slope:.3} times the model's");
+        let help = "motor quantities are reflected to the link side (times the gear ratio), in N·m";
+        Some(suspicion(Severity::Warning, joint, statement, help))
+    } else {
+        None
+    }
 }
 
 fn suspicion(severity: Severity, joint: &str, statement: String, help: &str) -> Note {

@@ -219,22 +219,31 @@ impl Offer<'_> {
                 .filter(|(d, _)| Some(*d) == dof)
                 .map(|&(_, n)| (set(&plain, last, n), strengths.clone(), false))
                 .collect(),
-            // A slow log without link encoder holds no antiresonance.
-            Screening::Resonance { .. } if !self.shows_springs(dof) => Vec::new(),
-            Screening::Resonance { hertz } => dof.map_or_else(Vec::new, |d| {
-                let inertia = self.apparent_inertia(d);
-                hertz
-                    .iter()
-                    .map(|f| {
-                        let stiffness = inertia * (2.0 * std::f64::consts::PI * f).powi(2);
-                        let damping = 2.0 * 0.03 * (stiffness * inertia).sqrt();
-                        let spec = set(&set(&plain, 0, 1.0 / stiffness), 1, damping);
-                        (spec, vec![0], true)
-                    })
-                    .collect()
-            }),
+            Screening::Resonance { hertz } => {
+                dof.map_or_else(Vec::new, |d| self.resonances(d, hertz, &plain, set))
+            }
             Screening::Release { .. } => Vec::new(),
         }
+    }
+
+    // K = I ω², D = 2 ζ √(K I) for every frequency; none on a slow log without link encoder, which holds no antiresonance.
+    fn resonances(
+        &self,
+        dof: usize,
+        hertz: &[f64],
+        plain: &EffectSpec,
+        set: impl Fn(&EffectSpec, usize, f64) -> EffectSpec,
+    ) -> Vec<(EffectSpec, Vec<usize>, bool)> {
+        if !self.shows_springs(Some(dof)) {
+            return Vec::new();
+        }
+        let inertia = self.apparent_inertia(dof);
+        let of = |f: &f64| {
+            let stiffness = inertia * (std::f64::consts::TAU * f).powi(2);
+            let damping = 2.0 * START_DAMPING * (stiffness * inertia).sqrt();
+            (set(&set(plain, 0, 1.0 / stiffness), 1, damping), vec![0], true)
+        };
+        hertz.iter().map(of).collect()
     }
 
     // The first shape with more than one start value; velocities only below the fastest seen.
@@ -277,5 +286,7 @@ impl Offer<'_> {
     }
 }
 
+// Damping ratio of a spring that nobody stated.
+const START_DAMPING: f64 = 0.03;
 // Sample period beyond which a motor-side log alone shows no spring, s.
 const SLOWEST_SPRING_LOG: f64 = 0.005;

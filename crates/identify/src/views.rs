@@ -14,7 +14,7 @@ const MOST: usize = 3;
 
 struct View {
     regime: &'static str,
-    column: Vec<f64>,
+    of: fn(&Instant) -> f64,
     // Sentence from the size of the coefficient with its standard error and the unit.
     sentence: fn(&str, &str, f64, f64, &str) -> String,
 }
@@ -38,17 +38,17 @@ pub(crate) fn findings(search: &Search, residual: &[f64], floors: &[f64]) -> Vec
         let mut said = 0;
         while said < MOST && !views.is_empty() {
             // The view that carries most of what is left; the stronger is taken out first.
-            let shares: Vec<f64> = views.iter().map(|v| explained(&v.column, &left, &rows)).collect();
+            let shares: Vec<f64> = views.iter().map(|(_, column)| explained(column, &left, &rows)).collect();
             let best = (0..shares.len()).max_by(|&a, &b| shares[a].total_cmp(&shares[b])).unwrap_or(0);
-            let view = views.swap_remove(best);
+            let (view, column) = views.swap_remove(best);
             let share = shares[best] / total;
             if share < LEAST_SHARE {
                 break;
             }
             let blocks: Vec<usize> = rows.iter().map(|&k| layout.block[k]).collect();
-            let (slope, error) = regression(&view.column, &left, &rows, &blocks);
+            let (slope, error) = regression(&column, &left, &rows, &blocks);
             for (x, &k) in left.iter_mut().zip(&rows) {
-                *x -= slope * view.column[k];
+                *x -= slope * column[k];
             }
             if slope.abs() > LEAST_T * error {
                 let mut statement = (view.sentence)(joint, &signal, slope, error, unit);
@@ -68,97 +68,116 @@ pub(crate) fn findings(search: &Search, residual: &[f64], floors: &[f64]) -> Vec
     found
 }
 
-fn views(search: &Search, c: usize) -> Vec<View> {
+// The columns of all views of a channel.
+fn views(search: &Search, c: usize) -> Vec<(&'static View, Vec<f64>)> {
     let layout = search.problem.form.layout();
     let dof = layout.channels[c].dof;
-    let column = |f: &dyn Fn(&crate::record::Record, usize) -> f64| -> Vec<f64> {
+    let column = |view: &View| -> Vec<f64> {
         let mut out = vec![0.0; layout.len];
         for s in layout.of_channel(c) {
             let record = &search.records[s.record];
-            let series: Vec<f64> = (0..record.len()).map(|k| f(record, k)).collect();
+            let series: Vec<f64> = (0..record.len())
+                .map(|k| {
+                    (view.of)(&Instant {
+                        position: record.theta[dof][k],
+                        velocity: record.thetad[dof][k],
+                        acceleration: record.thetadd[dof][k],
+                        measured: record.measured[c][k],
+                    })
+                })
+                .collect();
             out[s.first..s.first + s.len].copy_from_slice(&record.rows(&series));
         }
         out
     };
-    let v = move |r: &crate::record::Record, k: usize| r.thetad[dof][k];
-    vec![
-        View {
-            regime: "sign of velocity",
-            column: column(&|r, k| (v(r, k) / 3e-3).tanh()),
-            sentence: |j, s, a, e, u| {
-                format!(
-                    "{j}, {s}: jumps by {} {u} where the velocity changes sign, flat elsewhere",
-                    pair(2.0 * a, 2.0 * e)
-                )
-            },
-        },
-        View {
-            regime: "velocity",
-            column: column(&v),
-            sentence: |j, s, a, e, u| {
-                format!("{j}, {s}: grows with velocity, {} {u} per unit of speed", pair(a, e))
-            },
-        },
-        View {
-            regime: "slow motion",
-            column: column(&|r, k| (v(r, k) / 3e-3).tanh() * (-(v(r, k) / 0.06).powi(2)).exp()),
-            sentence: |j, s, a, e, u| {
-                format!(
-                    "{j}, {s}: {} {u} more against the motion when slow (below 0.06 per s) than when fast",
-                    pair(a, e)
-                )
-            },
-        },
-        View {
-            regime: "size of velocity",
-            column: column(&|r, k| v(r, k).abs()),
-            sentence: |j, s, a, e, u| {
-                format!(
-                    "{j}, {s}: grows with speed alike in both directions, {} {u} per unit of speed",
-                    pair(a, e)
-                )
-            },
-        },
-        View {
-            regime: "constant",
-            column: column(&|_, _| 1.0),
-            sentence: |j, s, a, e, u| format!("{j}, {s}: off by {} {u} throughout", pair(a, e)),
-        },
-        View {
-            regime: "acceleration",
-            column: column(&|r, k| r.thetadd[dof][k]),
-            sentence: |j, s, a, e, u| {
-                format!("{j}, {s}: in proportion to acceleration, {} {u} per unit", pair(a, e))
-            },
-        },
-        View {
-            regime: "position",
-            column: column(&|r, k| r.theta[dof][k]),
-            sentence: |j, s, a, e, u| format!("{j}, {s}: changes with position, {} {u} per unit", pair(a, e)),
-        },
-        View {
-            regime: "cosine of position",
-            column: column(&|r, k| r.theta[dof][k].cos()),
-            sentence: |j, s, a, e, u| {
-                format!("{j}, {s}: follows the cosine of position like a weight, {} {u}", pair(a, e))
-            },
-        },
-        View {
-            regime: "sine of position",
-            column: column(&|r, k| r.theta[dof][k].sin()),
-            sentence: |j, s, a, e, u| {
-                format!("{j}, {s}: follows the sine of position like a weight, {} {u}", pair(a, e))
-            },
-        },
-        View {
-            regime: "in proportion",
-            column: column(&|r, k| r.measured[c][k]),
-            sentence: |j, s, a, e, _| {
-                format!("{j}, {s}: in proportion to the signal itself, {} of it", pair(a, e))
-            },
-        },
-    ]
+    VIEWS.iter().map(|view| (view, column(view))).collect()
 }
+
+// What a view looks at.
+struct Instant {
+    position: f64,
+    velocity: f64,
+    acceleration: f64,
+    measured: f64,
+}
+
+static VIEWS: [View; 10] = [
+    View {
+        regime: "sign of velocity",
+        of: |x| (x.velocity / 3e-3).tanh(),
+        sentence: |j, s, a, e, u| {
+            format!(
+                "{j}, {s}: jumps by {} {u} where the velocity changes sign, flat elsewhere",
+                pair(2.0 * a, 2.0 * e)
+            )
+        },
+    },
+    View {
+        regime: "velocity",
+        of: |x| x.velocity,
+        sentence: |j, s, a, e, u| {
+            format!("{j}, {s}: grows with velocity, {} {u} per unit of speed", pair(a, e))
+        },
+    },
+    View {
+        regime: "slow motion",
+        of: |x| (x.velocity / 3e-3).tanh() * (-(x.velocity / 0.06).powi(2)).exp(),
+        sentence: |j, s, a, e, u| {
+            format!(
+                "{j}, {s}: {} {u} more against the motion when slow (below 0.06 per s) than when fast",
+                pair(a, e)
+            )
+        },
+    },
+    View {
+        regime: "size of velocity",
+        of: |x| x.velocity.abs(),
+        sentence: |j, s, a, e, u| {
+            format!(
+                "{j}, {s}: grows with speed alike in both directions, {} {u} per unit of speed",
+                pair(a, e)
+            )
+        },
+    },
+    View {
+        regime: "constant",
+        of: |_| 1.0,
+        sentence: |j, s, a, e, u| format!("{j}, {s}: off by {} {u} throughout", pair(a, e)),
+    },
+    View {
+        regime: "acceleration",
+        of: |x| x.acceleration,
+        sentence: |j, s, a, e, u| {
+            format!("{j}, {s}: in proportion to acceleration, {} {u} per unit", pair(a, e))
+        },
+    },
+    View {
+        regime: "position",
+        of: |x| x.position,
+        sentence: |j, s, a, e, u| format!("{j}, {s}: changes with position, {} {u} per unit", pair(a, e)),
+    },
+    View {
+        regime: "cosine of position",
+        of: |x| x.position.cos(),
+        sentence: |j, s, a, e, u| {
+            format!("{j}, {s}: follows the cosine of position like a weight, {} {u}", pair(a, e))
+        },
+    },
+    View {
+        regime: "sine of position",
+        of: |x| x.position.sin(),
+        sentence: |j, s, a, e, u| {
+            format!("{j}, {s}: follows the sine of position like a weight, {} {u}", pair(a, e))
+        },
+    },
+    View {
+        regime: "in proportion",
+        of: |x| x.measured,
+        sentence: |j, s, a, e, _| {
+            format!("{j}, {s}: in proportion to the signal itself, {} of it", pair(a, e))
+        },
+    },
+];
 
 // One run that carries most of the error.
 fn one_run(search: &Search, residual: &[f64], c: usize, joint: &str, signal: &str) -> Option<Finding> {

@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::nearest;
+
 /// Why a model could not be built or asked.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -77,25 +79,10 @@ pub enum ModelError {
 }
 
 fn nearest_help(name: &str, known: &[String]) -> String {
-    match known.iter().min_by_key(|k| edit_distance(k, name)) {
-        Some(k) if edit_distance(k, name) <= 1 + name.len() / 3 => format!("did you mean \"{k}\"?"),
-        _ => "use one of the names listed".to_owned(),
+    match nearest(name, known) {
+        Some(k) => format!("did you mean \"{k}\"?"),
+        None => "use one of the names listed".to_owned(),
     }
-}
-
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let cost = diagonal + usize::from(x != *y);
-            diagonal = row[j + 1];
-            row[j + 1] = cost.min(row[j] + 1).min(row[j + 1] + 1);
-        }
-    }
-    row[b.len()]
 }
 
 #[cfg(test)]

@@ -22,6 +22,7 @@ mod pose;
 pub mod samples;
 mod scalar;
 mod spatial;
+mod spelling;
 mod tree;
 mod vector3;
 
@@ -37,5 +38,6 @@ pub use matrix3::{Matrix3, Symmetric3};
 pub use pose::Pose;
 pub use scalar::Scalar;
 pub use spatial::{Force, Motion};
+pub use spelling::nearest;
 pub use tree::{Link, LinkId, Model};
 pub use vector3::Vector3;

@@ -3,10 +3,8 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use sinew_model::ModelError;
+use sinew_model::{ModelError, nearest};
 use thiserror::Error;
-
-use crate::nearest::nearest;
 
 /// A place in a text file; line and column count from one.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -14,7 +14,6 @@ mod edit;
 mod effects;
 mod error;
 mod grammar;
-mod nearest;
 mod note;
 mod pivots;
 mod plausibility;
