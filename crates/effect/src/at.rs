@@ -17,7 +17,7 @@ pub struct At<'a, S> {
     pub thetad: &'a [S],
     /// Deflection of the spring after transmission error and gap; zero in rigid joints.
     pub deflection: &'a [S],
-    /// Rate θ̇ − q̇ of the deflection.
+    /// Rate of the deflection: θ̇ (1 + slope) − q̇, see [`Deflection`].
     pub deflection_rate: &'a [S],
     /// Torque that the gear hands to the link, N·m. Known to motor forces; zero for spring and link forces.
     pub tau_j: &'a [S],
@@ -40,11 +40,19 @@ impl<S: Scalar> At<'_, S> {
     }
 }
 
-/// How the gear bends position before its spring: δ = dz(θ + shift − q, half_gap).
+/// How the gear bends position before its spring.
+///
+/// ```text
+/// δ = dz(θ + shift(θ) − q, half_gap),   δ̇ = θ̇ (1 + slope) − q̇,   slope = ∂shift/∂θ
+/// ```
+///
+/// What the spring hands to the link acts on the motor multiplied by ∂δ/∂θ = 1 + slope: a gear makes no energy.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Deflection<S> {
     /// Position error of the gear, rad.
     pub shift: S,
+    /// Its derivative with respect to the motor's position.
+    pub slope: S,
     /// Half of the free play, rad.
     pub half_gap: S,
 }

@@ -11,6 +11,7 @@ use crate::entry::{at_joint, dof, rival};
 ///
 /// ```text
 /// δ = θ + a sin nθ + b cos nθ − q
+/// τ on the motor = τ_J (1 + n (a cos nθ − b sin nθ))
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub struct TransmissionError {
@@ -56,10 +57,11 @@ impl Law for TransmissionError {
     fn acts(&self) -> &'static [Act] {
         &[Act::Deflection]
     }
-    // ε ← ε + a sin nθ + b cos nθ
+    // ε ← ε + a sin nθ + b cos nθ,   ε' ← ε' + n (a cos nθ − b sin nθ)
     fn add_deflection<S: Scalar>(&self, p: &[S], at: &At<S>, by_dof: &mut [Deflection<S>]) {
         let (s, c) = (p[2] * at.theta[self.dof]).sin_cos();
         by_dof[self.dof].shift += p[0] * s + p[1] * c;
+        by_dof[self.dof].slope += p[2] * (p[0] * c - p[1] * s);
     }
 }
 

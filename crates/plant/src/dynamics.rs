@@ -162,7 +162,7 @@ impl<'a, S: Kind> Dynamics<'a, S> {
         }
     }
 
-    // δ = dz(θ + shift − q),   δ̇ = θ̇ − q̇,   τ_j = K δ + D δ̇ + Σ effects;   only where `elastic`
+    // δ = dz(θ + shift − q),   δ̇ = θ̇ (1 + slope) − q̇,   τ_j = K δ + D δ̇ + Σ effects;   only where `elastic`
     pub(crate) fn springs(&mut self, x: &LinkState<S>, elastic: impl Fn(usize) -> bool) {
         self.deflection.fill(S::ZERO);
         self.deflection_rate.fill(S::ZERO);
@@ -178,7 +178,7 @@ impl<'a, S: Kind> Dynamics<'a, S> {
             let inside = size.lt(gap);
             let beyond = raw - S::select(raw.lt(S::ZERO), -gap, gap);
             self.deflection[i] = S::select(inside, S::ZERO, beyond);
-            self.deflection_rate[i] = x.thetad[i] - x.qd[i];
+            self.deflection_rate[i] = x.thetad[i] * (gears[i].slope + 1.0) - x.qd[i];
             if !self.plant.coupled[i] {
                 let d = self.coefficients.damping[i];
                 let d = S::select(inside, d * GAP_DAMPING, d);
@@ -198,6 +198,11 @@ impl<'a, S: Kind> Dynamics<'a, S> {
         let mut tau_j = core::mem::take(&mut self.tau_j);
         self.each(x, Group::Spring, |effect, p, at| S::call(effect, p, Call::SpringTorque(at, &mut tau_j)));
         self.tau_j = tau_j;
+    }
+
+    // What a gear asks of its motor: τ_j ∂δ/∂θ = τ_j (1 + slope).
+    pub(crate) fn reaction(&self, dof: usize) -> S {
+        self.tau_j[dof] * (self.gears[dof].slope + 1.0)
     }
 
     pub(crate) fn link_forces(&mut self, x: &LinkState<S>) {

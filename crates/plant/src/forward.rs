@@ -44,7 +44,7 @@ impl<S: Kind> Dynamics<'_, S> {
     /// Accelerations under the acting motor torque `tau_m` (gain, lag and delay of the drives already applied).
     ///
     /// ```text
-    /// M q̈ + C q̇ + g = τ_j + f_link,   B θ̈ = τ_m − τ_j + f_motor        elastic joints
+    /// M q̈ + C q̇ + g = τ_j + f_link,   B θ̈ = τ_m − τ_j ∂δ/∂θ + f_motor  elastic joints
     /// (M + B) q̈ + C q̇ + g = τ_m + f_motor + f_link                     rigid joints
     /// ```
     pub fn forward(&mut self, x: &State<S>, tau_m: &[S], out: &mut Rates<S>) {
@@ -72,7 +72,7 @@ impl<S: Kind> Dynamics<'_, S> {
             }
         }
         for i in 0..nv {
-            let motor = tau_m[i] - self.tau_j[i] + self.motor_force[i];
+            let motor = tau_m[i] - self.reaction(i) + self.motor_force[i];
             out.thetadd[i] = if plant.elastic[i] { motor / self.coefficients.rotor[i] } else { self.qdd[i] };
         }
         out.qdd.copy_from_slice(&self.qdd);

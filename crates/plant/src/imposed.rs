@@ -65,14 +65,14 @@ impl<S: Kind> Dynamics<'_, S> {
     /// As [`Dynamics::imposed_motion`], and the torque that must act on the motors.
     ///
     /// ```text
-    /// τ_m = B θ̈ + τ_j − f_motor
+    /// τ_m = B θ̈ + τ_j ∂δ/∂θ − f_motor
     /// ```
     pub fn imposed_torque(&mut self, x: &LinkState<S>, motor: MotorMotion<S>, out: &mut ImposedOut<S>) {
         self.imposed_motion(x, motor, out);
         self.motor_forces(x);
         for i in 0..self.plant.model.nv {
             out.tau_m[i] =
-                self.coefficients.rotor[i] * motor.acceleration[i] + self.tau_j[i] - self.motor_force[i];
+                self.coefficients.rotor[i] * motor.acceleration[i] + self.reaction(i) - self.motor_force[i];
         }
     }
 }
@@ -199,7 +199,7 @@ impl Dynamics<'_, Derivative> {
     /// without derivatives.
     ///
     /// ```text
-    /// δτ_m = δB θ̈ + δτ_j − δf_motor
+    /// δτ_m = δB θ̈ + δ(τ_j ∂δ/∂θ) − δf_motor
     /// ```
     pub fn motor_derivatives(
         &mut self,
@@ -211,7 +211,7 @@ impl Dynamics<'_, Derivative> {
         self.motor_forces(x);
         for i in 0..self.plant.model.nv {
             let tau_m =
-                self.coefficients.rotor[i] * motor.acceleration[i] + self.tau_j[i] - self.motor_force[i];
+                self.coefficients.rotor[i] * motor.acceleration[i] + self.reaction(i) - self.motor_force[i];
             out.tau_m[i] = Derivative { value: at.out.tau_m[i], ..tau_m };
         }
     }

@@ -154,7 +154,7 @@ pub(super) fn answer<S: Kind>(effect: &dyn Effect, act: Act, p: &[S], x: &Sample
         Act::Deflection => {
             let mut gears = vec![Deflection::default(); nv];
             S::call(effect, p, Call::Deflection(&at, &mut gears));
-            return gears.iter().flat_map(|d| [d.shift, d.half_gap]).collect();
+            return gears.iter().flat_map(|d| [d.shift, d.slope, d.half_gap]).collect();
         }
         Act::State => {
             let mut z = vec![Relaxation::default(); effect.states()];

@@ -39,6 +39,16 @@ fn energy_of_a_two_link_arm_is_conserved() {
     assert!(drift < 1e-9, "{drift:e}");
 }
 
+// A gear whose ratio wavers turns torque over as it turns position over: τ on the motor = τ_J ∂δ/∂θ.
+#[test]
+fn a_gear_with_a_transmission_error_makes_no_energy() {
+    let mut robot = lossless(150.0);
+    let error = EffectSpec::new("transmission_error", Place::Joint("joint".into()));
+    robot.effects.push(error.with("sine", 4e-3).with("cosine", -3e-3).with("per_turn", 9.0));
+    let drift = drift(&robot, Start { q: vec![0.5], theta: vec![0.45] }, 10.0);
+    assert!(drift < 1e-9, "{drift:e}");
+}
+
 // ∫ τ_m θ̇ dt ≥ H(t) − H(0), between any two samples
 #[test]
 fn a_damped_joint_is_passive() {
