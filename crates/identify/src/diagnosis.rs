@@ -15,7 +15,7 @@ use crate::gates::Evidence;
 use crate::problem::Problem;
 use crate::report::{Finding, Refusal, Verdict};
 use crate::search::{Accepted as Entry, Search, State};
-use crate::surrogate::{MOST_ACCEPTED, counted, sentence, surrogates};
+use crate::surrogate::{counted, sentence, surrogates};
 use crate::trial::Trial;
 use crate::verdict::{channels, word};
 use crate::{IdentifyError, Options};
@@ -152,11 +152,10 @@ pub(crate) fn report(
     if few && !state.accepted.is_empty() {
         let count = counted(&surrogates(search, state)?);
         scope.push_str(&format!("; {}", sentence(&count)));
-        // No name is surer than the search is right where nothing is missing (Laplace's rule of succession).
-        let right = 1.0 - (count.accepted + 1) as f64 / (count.surrogates + 2) as f64;
-        candidates.iter_mut().for_each(|c| c.probability = c.probability.min(right));
-        if count.accepted as f64 > MOST_ACCEPTED * count.surrogates as f64 {
-            candidates.iter_mut().for_each(|c| c.probability = c.probability.min(0.5));
+        // No name is surer than the search is right where nothing is missing.
+        let most = if count.decides() { 1.0 - count.chance() } else { 0.5 };
+        candidates.iter_mut().for_each(|c| c.probability = c.probability.min(most));
+        if !count.decides() {
             verdict = Verdict::Undecidable;
         }
         false_acceptance = Some(count);

@@ -213,9 +213,8 @@ impl Budget {
     /// Accounts for a step from one objective to another.
     pub fn spend(&mut self, before: f64, after: f64) {
         self.all -= 1;
-        if !(after < (1.0 - MUCH) * before) {
-            self.counted -= 1;
-        }
+        let gains_much = after < (1.0 - MUCH) * before;
+        self.counted -= usize::from(!gains_much);
     }
 }
 

@@ -27,8 +27,8 @@ use crate::{IdentifyError, Options};
 
 /// Surrogates of each kind.
 pub(crate) const SURROGATES: u64 = 10;
-/// Share of surrogates with an acceptance beyond which a log cannot decide.
-pub(crate) const MOST_ACCEPTED: f64 = 0.2;
+// Chance of a false acceptance beyond which a log cannot decide.
+const MOST_WRONG: f64 = 0.2;
 
 /// How a residual is taken from its motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -91,13 +91,23 @@ pub(crate) fn counted(surrogates: &[SurrogateReport]) -> FalseAcceptance {
     FalseAcceptance { accepted, surrogates: surrogates.len() }
 }
 
+impl FalseAcceptance {
+    /// The chance that the search accepts an effect where nothing is missing, by Laplace's rule of succession.
+    pub(crate) fn chance(&self) -> f64 {
+        (self.accepted + 1) as f64 / (self.surrogates + 2) as f64
+    }
+    /// True if a log with this count can carry names.
+    pub(crate) fn decides(&self) -> bool {
+        self.chance() <= MOST_WRONG
+    }
+}
+
 /// What follows from the count.
 pub(crate) fn sentence(count: &FalseAcceptance) -> String {
     let FalseAcceptance { accepted, surrogates } = count;
-    let share = *accepted as f64 / (*surrogates).max(1) as f64;
     let follows = if *accepted == 0 {
         "a name found on this log is no accident of its noise"
-    } else if share <= MOST_ACCEPTED {
+    } else if count.decides() {
         "take the name that explains least with care"
     } else {
         "these runs are too short or too unlike the model to carry names: record more, at other speeds and poses"
@@ -239,6 +249,6 @@ mod tests {
     fn the_sentence_follows_the_count() {
         let of = |accepted| sentence(&FalseAcceptance { accepted, surrogates: 20 });
         assert!(of(0).starts_with("on 0 of 20") && of(0).ends_with("no accident of its noise"));
-        assert!(of(4).contains("with care") && of(5).contains("too short"));
+        assert!(of(3).contains("with care") && of(4).contains("too short"));
     }
 }

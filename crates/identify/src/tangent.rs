@@ -36,15 +36,13 @@ pub(crate) fn tangent_rows(
     tangent.rows(positions.len())
 }
 
-/// Positions in an order in which those that ask for the same work stand together: parameters of forces, of the
-/// robot's constants, of its inertias.
+/// An order of `positions` in which those that ask for the same work stand together: parameters of forces, of gears, of
+/// the robot's constants.
 pub(crate) fn by_work(plant: &Plant, positions: &[usize]) -> Vec<usize> {
+    let ids = plant.parameter_ids();
     let work = |&k: &usize| {
-        let id = plant.parameter_ids()[positions[k]];
-        let effect = plant.effects()[id.effect].effect.as_ref();
-        let (constants, gears) =
-            (effect.acts().contains(&Act::Coefficients), effect.acts().contains(&Act::Deflection));
-        (constants, gears)
+        let acts = plant.effects()[ids[positions[k]].effect].effect.acts();
+        (acts.contains(&Act::Coefficients), acts.contains(&Act::Deflection))
     };
     let mut order: Vec<usize> = (0..positions.len()).collect();
     order.sort_by_key(work);
