@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use sinew_data::Run;
 use sinew_effect::{Catalogue, Written};
-use sinew_model::{EffectSpec, Robot};
+use sinew_model::{EffectSpec, Model, Place, Robot};
 
 use crate::base::{is_nuisance, scope};
 use crate::before::checked;
@@ -258,6 +258,9 @@ pub(crate) fn parameters(search: &Search, state: &State, wide: f64) -> Vec<(usiz
                 start = if start > 0.0 { 1.0 / start } else { f64::INFINITY };
                 unit = reciprocal(&unit);
             }
+            if slides(model.plant.model(), &active.spec.place) {
+                unit = of_slide(&unit);
+            }
             let note = note(u.pull(model.p[u.position]).sqrt(), model.p[u.position], range);
             let name = format!("{}.{}", active.spec.place, parameter.label());
             (u.id.effect, ParameterReport { name, value, std, unit, low, high, start, note })
@@ -273,6 +276,16 @@ fn note(pull: f64, value: f64, range: (f64, f64)) -> Option<String> {
     } else {
         None
     }
+}
+
+fn slides(model: &Model, place: &Place) -> bool {
+    let Place::Joint(name) = place else { return false };
+    model.require_dof(name).is_ok_and(|dof| model.joints[model.joint_of_dof(dof).0].kind.slides())
+}
+
+// Cards write the units of turning joints: N·m·s/rad of a sliding one is N·s/m.
+fn of_slide(unit: &str) -> String {
+    unit.replace("kg·m²", "kg").replace("N·m", "N").replace("rad", "m")
 }
 
 fn reciprocal(unit: &str) -> String {
@@ -319,4 +332,15 @@ fn pulls(state: &State) -> Vec<String> {
         .collect();
     worst.sort_by(|a, b| b.0.total_cmp(&a.0));
     worst.into_iter().take(5).map(|(_, text)| text).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_of_a_sliding_joint_have_no_radians() {
+        let units = ["N·m", "N·m·s/rad", "N·m/rad", "rad/s", "kg·m²", "1/turn"].map(of_slide);
+        assert_eq!(units, ["N", "N·s/m", "N/m", "m/s", "kg", "1/turn"]);
+    }
 }

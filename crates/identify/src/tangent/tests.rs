@@ -116,11 +116,11 @@ fn differences(strength: f64) -> Vec<(String, f64)> {
     out
 }
 
-// The two middle stages of a step share one linearisation: hysteresis, whose rate turns within a step, shows it.
+// The two middle stages of a step share one linearisation: hysteresis and friction, which turn within a step, show it.
 #[test]
 fn derivatives_are_those_of_the_simulation_in_dual_numbers() {
     for (label, difference) in differences(1.0) {
-        assert!(difference < 2e-2, "{label}: {difference:.1e}");
+        assert!(difference < 3e-2, "{label}: {difference:.1e}");
     }
 }
 
