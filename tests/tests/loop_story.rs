@@ -34,7 +34,7 @@ const LINK_NOISE: f64 = 1.5e-5;
 const LINK_STEP: f64 = 6e-6;
 const MOTOR_STEP: f64 = 5e-7;
 /// Noise floors that may be left: at 500 Hz the instants at which the friction turns round fall between samples.
-const NEAR_FLOOR: f64 = 2.0;
+const NEAR_FLOOR: f64 = 2.5;
 
 fn plant(robot: &Robot) -> Plant {
     Plant::new(robot, &CATALOGUE).unwrap()

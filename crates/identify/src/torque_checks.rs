@@ -7,7 +7,7 @@ use sinew_model::Robot;
 use crate::Options;
 use crate::comparison::Prepared;
 use crate::problem::{Candidate, Problem};
-use crate::residual::ResidualForm;
+use crate::residual::{Layout, ResidualForm};
 
 // A torque whose square the model explains to this share can be judged for sign and size.
 const CLEAR: f64 = 0.5;
@@ -16,7 +16,7 @@ const FACTOR: f64 = 4.0;
 // Two joints are swapped if exchanging them explains this much more, of two.
 const SWAP: f64 = 0.4;
 
-/// What is suspicious about the motor torques: opposite sign, another unit or side of the gear, swapped joints.
+/// What is suspicious about the torques of motors and joints: opposite sign, another unit or side of the gear, swapped joints.
 ///
 /// ```text
 /// τ_measured ≈ a τ_model + b,   a < 0: sign;   |a| far from one: unit or gear;   R²(i, j) + R²(j, i) ≫ R²(i, i) + R²(j, j): swapped
@@ -29,9 +29,22 @@ pub fn torque_checks(robot: &Robot, catalogue: &Catalogue, runs: &[Run], options
     let problem = Problem { robot, catalogue, form: &form, options };
     let Ok(model) = Candidate::new(&problem, robot.all_effects()) else { return Vec::new() };
     let residual = model.residual(&problem);
-    let layout = form.layout();
+    let sensors = [Sensor::MotorTorque, Sensor::JointTorque];
+    sensors
+        .into_iter()
+        .flat_map(|sensor| of_sensor(robot, &prepared, form.layout(), &residual, sensor))
+        .collect()
+}
+
+fn of_sensor(
+    robot: &Robot,
+    prepared: &Prepared,
+    layout: &Layout,
+    residual: &[f64],
+    sensor: Sensor,
+) -> Vec<Note> {
     let torques: Vec<usize> =
-        (0..layout.channels.len()).filter(|&c| layout.channels[c].sensor == Sensor::MotorTorque).collect();
+        (0..layout.channels.len()).filter(|&c| layout.channels[c].sensor == sensor).collect();
     let measured: Vec<Vec<f64>> = torques
         .iter()
         .map(|&c| prepared.records.iter().flat_map(|r| r.rows(&r.measured[c])).collect())
@@ -45,6 +58,7 @@ pub fn torque_checks(robot: &Robot, catalogue: &Catalogue, runs: &[Run], options
         })
         .collect();
     let joint = |i: usize| robot.model.dof_name(layout.channels[torques[i]].dof);
+    let place = |i: usize| format!("{}.{}", layout.channels[torques[i]].signal(), joint(i));
     let swapped = swaps(&measured, &predicted);
     let mut notes: Vec<Note> = swapped
         .iter()
@@ -54,16 +68,16 @@ pub fn torque_checks(robot: &Robot, catalogue: &Catalogue, runs: &[Run], options
                 joint(i),
                 joint(j)
             );
-            suspicion(Severity::Error, joint(i), statement, "exchange the two columns in the map")
+            suspicion(Severity::Error, place(i), statement, "exchange the two columns in the map")
         })
         .collect();
     let alone = (0..torques.len()).filter(|i| !swapped.iter().any(|(a, b)| a == i || b == i));
-    notes.extend(alone.filter_map(|i| sign_or_size(joint(i), &measured[i], &predicted[i])));
+    notes.extend(alone.filter_map(|i| sign_or_size(place(i), &measured[i], &predicted[i])));
     notes
 }
 
 // A torque that follows the model's with the wrong sign or size.
-fn sign_or_size(joint: &str, measured: &[f64], predicted: &[f64]) -> Option<Note> {
+fn sign_or_size(place: String, measured: &[f64], predicted: &[f64]) -> Option<Note> {
     let (slope, share) = regression(measured, predicted);
     if share < CLEAR {
         None
@@ -72,18 +86,18 @@ fn sign_or_size(joint: &str, measured: &[f64], predicted: &[f64]) -> Option<Note
         let statement =
             format!("the torque has the opposite sign of the model's ({percent:.0} % explained by it)");
         let help = "write a negative scale in the columns map, or turn the joint's axis";
-        Some(suspicion(Severity::Error, joint, statement, help))
+        Some(suspicion(Severity::Error, place, statement, help))
     } else if !(1.0 / FACTOR..FACTOR).contains(&slope) {
         let statement = format!("the torque is {slope:.3} times the model's");
         let help = "motor quantities are reflected to the link side (times the gear ratio), in N·m";
-        Some(suspicion(Severity::Warning, joint, statement, help))
+        Some(suspicion(Severity::Warning, place, statement, help))
     } else {
         None
     }
 }
 
-fn suspicion(severity: Severity, joint: &str, statement: String, help: &str) -> Note {
-    Note { severity, place: format!("motor_torque.{joint}"), statement, help: help.to_owned() }
+fn suspicion(severity: Severity, place: String, statement: String, help: &str) -> Note {
+    Note { severity, place, statement, help: help.to_owned() }
 }
 
 // Pairs whose exchange explains much more.
