@@ -203,7 +203,7 @@ fn clocks(search: &Search, state: &State) -> Vec<Finding> {
 }
 
 // One-second blocks from which a search can decide without asking surrogates.
-const FEWEST_BLOCKS: usize = 15;
+const FEWEST_BLOCKS: usize = 12;
 // A clock error is told if it is this share of a sample period.
 const CLOCK_SHARE: f64 = 0.3;
 

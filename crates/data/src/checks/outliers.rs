@@ -17,6 +17,8 @@ const NEIGHBOURHOOD: usize = 50;
 const LONGEST: usize = 3;
 /// More outliers than this share make the signal useless.
 const USELESS: f64 = 0.05;
+// Share from which they are more than a note: a few are no harm, and dry friction makes some where it turns round.
+const MANY: f64 = 0.005;
 
 pub(super) fn check(run: &Run) -> Vec<Note> {
     use Quantity::*;
@@ -32,7 +34,11 @@ fn tell(run: &Run, signal: &Signal) -> Option<Note> {
     let (largest, size) = *outliers.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
     let share = outliers.len() as f64 / signal.values.len() as f64;
     Some(Note {
-        severity: if share > USELESS { Severity::Error } else { Severity::Warning },
+        severity: match share {
+            s if s > USELESS => Severity::Error,
+            s if s > MANY => Severity::Warning,
+            _ => Severity::Note,
+        },
         place: run.place_of(largest),
         statement: format!(
             "{}: {} isolated outlier{} ({} of the samples), the largest here, {} {} off its neighbours",
