@@ -4,11 +4,12 @@ use sinew_data::{Note, Run, Severity, check_run};
 use sinew_effect::Catalogue;
 use sinew_model::Robot;
 
+use crate::comparison::Prepared;
 use crate::report::Finding;
-use crate::torque_checks::torque_checks;
+use crate::torque_checks::torque_notes;
 use crate::{IdentifyError, Options};
 
-/// Suspicions about runs, as findings.
+/// Suspicions about runs, as findings; `prepared`: the same runs.
 ///
 /// # Errors
 /// The first check that fails outright, unless the options go on all the same.
@@ -16,10 +17,11 @@ pub(crate) fn checked(
     robot: &Robot,
     catalogue: &Catalogue,
     runs: &[Run],
+    prepared: &Prepared,
     options: &Options,
 ) -> Result<Vec<Finding>, IdentifyError> {
     let mut notes: Vec<Note> = runs.iter().flat_map(check_run).collect();
-    notes.extend(torque_checks(robot, catalogue, runs, options));
+    notes.extend(torque_notes(robot, catalogue, prepared, options));
     notes.retain(|n| n.severity != Severity::Note);
     if let Some(fatal) = notes.iter().find(|n| n.severity == Severity::Error && !options.force) {
         let help = format!("{}; or go on all the same with --force", fatal.help);

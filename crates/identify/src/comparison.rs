@@ -102,7 +102,7 @@ pub fn compare(
     options: &Options,
 ) -> Result<Comparison, IdentifyError> {
     let prepared = Prepared::new(robot, runs, options)?;
-    let suspicions = checked(robot, catalogue, runs, options)?;
+    let suspicions = checked(robot, catalogue, runs, &prepared, options)?;
     let form = prepared.form(robot);
     let problem = Problem { robot, catalogue, form: &form, options };
     let search = Search::new(&problem, &prepared.records, &prepared.sensors);

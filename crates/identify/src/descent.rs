@@ -1,7 +1,7 @@
 //! The descent of a candidate from its screened strengths to its minimum.
 
 use crate::colour::Whitener;
-use crate::problem::{Budget, Candidate, Equations, Linearised, MANY, Problem, objective};
+use crate::problem::{Budget, Candidate, Equations, Linearised, MANY, Problem, objective, straighten};
 use crate::refit::Fitted;
 use crate::screen::Score;
 use crate::trial::{How, Trial};
@@ -158,9 +158,7 @@ fn started(
 ) -> Option<(Candidate, Vec<usize>)> {
     match &trial.how {
         How::Release { unknowns } => {
-            let mut model = Candidate::new(problem, base.specs.clone()).ok()?;
-            model.unknowns = base.unknowns.clone();
-            model.p = base.p.clone();
+            let mut model = base.again(problem).ok()?;
             for &k in unknowns {
                 model.unknowns[k].prior = None;
             }
@@ -183,12 +181,7 @@ fn started(
             }
             model.p = p;
             if model.plant.elastic() != base.plant.elastic() {
-                // A rigid base has bent its parameters to imitate the spring: back to what was stated.
-                for u in base.unknowns.iter() {
-                    if let Some((mean, _)) = u.prior {
-                        model.p[u.position] = mean;
-                    }
-                }
+                straighten(&base.unknowns, &mut model.p);
             }
             let mut new = Unknown::of_effect(&model.plant, effect);
             for unknown in &mut new {

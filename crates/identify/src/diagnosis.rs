@@ -15,7 +15,7 @@ use crate::gates::Evidence;
 use crate::problem::Problem;
 use crate::report::{Finding, Refusal, Verdict};
 use crate::search::{Accepted as Entry, Search, State};
-use crate::surrogate::{counted, sentence, surrogates};
+use crate::surrogate::{FalseAcceptance, counted, sentence, surrogates};
 use crate::trial::Trial;
 use crate::verdict::{channels, word};
 use crate::{IdentifyError, Options};
@@ -33,15 +33,6 @@ pub struct ChannelReport {
     pub predictable_remainder: f64,
     /// Error by the reachable floor.
     pub distance_to_floor: f64,
-}
-
-/// How often the search accepts an effect on surrogates of the log.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct FalseAcceptance {
-    /// Surrogates on which something was accepted.
-    pub accepted: usize,
-    /// Surrogates tried.
-    pub surrogates: usize,
 }
 
 /// An effect of the final set.
@@ -119,7 +110,7 @@ pub fn diagnose(
     options: &Options,
 ) -> Result<Diagnosis, IdentifyError> {
     let prepared = Prepared::new(robot, runs, options)?;
-    let suspicions = checked(robot, catalogue, runs, options)?;
+    let suspicions = checked(robot, catalogue, runs, &prepared, options)?;
     let form = prepared.form(robot);
     let problem = Problem { robot, catalogue, form: &form, options };
     let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);

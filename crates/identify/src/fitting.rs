@@ -134,7 +134,7 @@ fn work(
     climb: impl FnOnce(&mut Search, State, Option<&Unseen>) -> Result<Explored, IdentifyError>,
 ) -> Result<Fit, IdentifyError> {
     let prepared = Prepared::new(robot, runs, options)?;
-    let suspicions = checked(robot, catalogue, runs, options)?;
+    let suspicions = checked(robot, catalogue, runs, &prepared, options)?;
     let form = prepared.form(robot);
     let problem = Problem { robot, catalogue, form: &form, options };
     let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);

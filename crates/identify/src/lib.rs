@@ -40,12 +40,10 @@ mod walk;
 mod waves;
 
 pub use comparison::{Comparison, RunError, SignalError, Trace, compare};
-pub use diagnosis::{
-    Accepted, CandidateReport, ChannelReport, Diagnosis, FalseAcceptance, RivalReport, diagnose,
-};
+pub use diagnosis::{Accepted, CandidateReport, ChannelReport, Diagnosis, RivalReport, diagnose};
 pub use error::IdentifyError;
 pub use fitting::{Fit, ParameterReport, StepReport, discover, fit};
 pub use options::Options;
 pub use report::{Finding, Refusal, Verdict};
-pub use surrogate::{SurrogateReport, TrialReport, Turned, trial};
+pub use surrogate::{FalseAcceptance, SurrogateReport, TrialReport, Turned, trial};
 pub use torque_checks::torque_checks;

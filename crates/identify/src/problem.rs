@@ -29,6 +29,16 @@ pub(crate) struct Candidate {
     pub p: Vec<f64>,
 }
 
+/// Every unknown of which something is stated back to what was stated, among the parameters `p`: what was bent to
+/// imitate a missing effect hides it.
+pub(crate) fn straighten(unknowns: &[Unknown], p: &mut [f64]) {
+    for unknown in unknowns {
+        if let Some((mean, _)) = unknown.prior {
+            p[unknown.position] = mean;
+        }
+    }
+}
+
 /// A model and its linearisation in raw rows.
 pub(crate) struct Linearised {
     pub residual: Vec<f64>,
@@ -50,13 +60,16 @@ impl Candidate {
         self.unknowns.iter().map(|u| u.pull(self.p[u.position])).sum()
     }
 
+    /// The same model once more.
+    pub fn again(&self, problem: &Problem) -> Result<Self, IdentifyError> {
+        let plant = Plant::with_effects(problem.robot, &self.specs, problem.catalogue)?;
+        let (specs, unknowns, p) = (self.specs.clone(), self.unknowns.clone(), self.p.clone());
+        Ok(Self { specs, plant, unknowns, p })
+    }
+
     /// Every unknown of which something is stated back to what was stated.
     pub fn straighten(&mut self) {
-        for unknown in &self.unknowns {
-            if let Some((mean, _)) = unknown.prior {
-                self.p[unknown.position] = mean;
-            }
-        }
+        straighten(&self.unknowns, &mut self.p);
     }
 
     /// Moves every unknown by its step, as far as its range and its prior let it.
@@ -158,9 +171,10 @@ impl Equations {
         let mut held = vec![false; model.unknowns.len()];
         for _ in 0..BOUND_ROUNDS {
             let mut changed = false;
-            for (k, unknown) in
-                model.unknowns.iter().enumerate().filter(|(k, _)| !held[*k]).collect::<Vec<_>>()
-            {
+            for (k, unknown) in model.unknowns.iter().enumerate() {
+                if held[k] {
+                    continue;
+                }
                 let from = model.p[unknown.position];
                 let allowed = unknown.moved(from, self.step[k]) - from;
                 if (allowed - self.step[k]).abs() > 1e-6 * unknown.scale {

@@ -1,6 +1,6 @@
 //! Time scales of the method, chosen by the sample rate of the log.
 
-use sinew_data::{Quantity, Run, Uniform, resample};
+use sinew_data::{Quantity, Run, Signal, Uniform, resample};
 
 use crate::Options;
 use crate::record::noise_of;
@@ -64,22 +64,26 @@ const SLOW: [f64; 4] = [0.030, 0.050, 0.080, 0.110];
 
 // The narrowest half width that keeps the noise of every joint's velocity below a share of its top speed.
 fn narrowest(runs: &[Run], period: f64, widths: &[f64], share: f64) -> f64 {
-    let quiet = |seconds: f64, run: &Run| {
-        let joints = run.joints();
-        let position = |joint: &str| {
-            let of = |quantity| run.signal(quantity, joint);
-            of(Quantity::MotorPosition).or_else(|| of(Quantity::JointPosition))
-        };
-        joints.into_iter().filter_map(position).all(|signal| {
-            let w = seconds / period;
-            // σ ‖ḣ‖
-            let even = resample(&run.time, &signal.values, &Uniform::within(&run.time, period));
-            let noise = noise_of(signal, &even) * 1.9 / (w * w.sqrt() * period);
-            let slopes = signal.values.windows(2).zip(run.time.windows(2));
-            let top = slopes.map(|(x, t)| ((x[1] - x[0]) / (t[1] - t[0])).abs()).fold(0.0, f64::max);
-            noise <= share * top
-        })
+    let motions: Vec<(f64, f64)> = runs.iter().flat_map(|run| motions(run, period)).collect();
+    let quiet = |seconds: &&f64| {
+        let w = **seconds / period;
+        // σ ‖ḣ‖
+        motions.iter().all(|(noise, top)| noise * 1.9 / (w * w.sqrt() * period) <= share * top)
     };
-    let fits = |seconds: &&f64| runs.iter().all(|run| quiet(**seconds, run));
-    *widths.iter().find(fits).unwrap_or(&widths[widths.len() - 1])
+    *widths.iter().find(quiet).unwrap_or(&widths[widths.len() - 1])
+}
+
+// Noise and top speed of every joint's position, the motor's where there is one.
+fn motions(run: &Run, period: f64) -> Vec<(f64, f64)> {
+    let position = |joint: &str| {
+        let of = |quantity| run.signal(quantity, joint);
+        of(Quantity::MotorPosition).or_else(|| of(Quantity::JointPosition))
+    };
+    let motion = |signal: &Signal| {
+        let even = resample(&run.time, &signal.values, &Uniform::within(&run.time, period));
+        let slopes = signal.values.windows(2).zip(run.time.windows(2));
+        let top = slopes.map(|(x, t)| ((x[1] - x[0]) / (t[1] - t[0])).abs()).fold(0.0, f64::max);
+        (noise_of(signal, &even), top)
+    };
+    run.joints().into_iter().filter_map(position).map(motion).collect()
 }

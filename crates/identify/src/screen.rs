@@ -7,7 +7,7 @@ use sinew_effect::Screening;
 use sinew_model::EffectSpec;
 
 use crate::least_squares::{Normal, cross, dot, matrix};
-use crate::problem::{Candidate, Equations, Problem};
+use crate::problem::{Candidate, Equations, Problem, straighten};
 use crate::trial::{How, Trial};
 
 /// Raw columns of all trials, one for each strength (one secant for an exact trial); none for a trial whose effect
@@ -72,12 +72,7 @@ fn secants(
     let Some(plant) = extended(family[0]).map(|c| c.plant) else { return vec![None; family.len()] };
     let mut stated = model.p.clone();
     if plant.elastic() != model.plant.elastic() {
-        // A rigid base has bent its parameters to imitate the spring: back to what was stated.
-        for u in &model.unknowns {
-            if let Some((mean, _)) = u.prior {
-                stated[u.position] = mean;
-            }
-        }
+        straighten(&model.unknowns, &mut stated);
     }
     let with = |spec: &&EffectSpec| -> Option<Vec<f64>> {
         let own = extended(spec)?.p;
@@ -200,12 +195,7 @@ impl Screen<'_> {
 
     // The same equations without the priors of some unknowns.
     fn release(&self, unknowns: &[usize]) -> Option<Score> {
-        let mut freed = Candidate {
-            specs: self.model.specs.clone(),
-            plant: Candidate::new(self.problem, self.model.specs.clone()).ok()?.plant,
-            unknowns: self.model.unknowns.clone(),
-            p: self.model.p.clone(),
-        };
+        let mut freed = self.model.again(self.problem).ok()?;
         for &k in unknowns {
             freed.unknowns[k].prior = None;
         }

@@ -196,9 +196,7 @@ impl<'a> Search<'a> {
         if model.unknowns.iter().all(|u| u.pull(model.p[u.position]) < BENT * BENT) {
             return Ok(None);
         }
-        let mut stated = Candidate::new(self.problem, model.specs.clone())?;
-        stated.unknowns = model.unknowns.clone();
-        stated.p = model.p.clone();
+        let mut stated = model.again(self.problem)?;
         stated.straighten();
         let at = stated.linearise(self.problem);
         let columns = all_columns(self.problem, &stated, &at.residual, trials);

@@ -18,9 +18,8 @@ use sinew_plant::Plant;
 
 use crate::before::checked;
 use crate::comparison::Prepared;
-use crate::diagnosis::FalseAcceptance;
 use crate::explore::explore;
-use crate::problem::{Candidate, Problem};
+use crate::problem::Problem;
 use crate::residual::{Layout, ResidualForm};
 use crate::search::{Search, State};
 use crate::{IdentifyError, Options};
@@ -49,6 +48,15 @@ pub struct SurrogateReport {
     pub accepted: Option<String>,
 }
 
+/// How often the search accepts an effect on surrogates of the log.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FalseAcceptance {
+    /// Surrogates on which something was accepted.
+    pub accepted: usize,
+    /// Surrogates tried.
+    pub surrogates: usize,
+}
+
 /// The answer of a trial.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrialReport {
@@ -73,7 +81,7 @@ pub fn trial(
     options: &Options,
 ) -> Result<TrialReport, IdentifyError> {
     let prepared = Prepared::new(robot, runs, options)?;
-    checked(robot, catalogue, runs, options)?;
+    checked(robot, catalogue, runs, &prepared, options)?;
     let form = prepared.form(robot);
     let problem = Problem { robot, catalogue, form: &form, options };
     let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);
@@ -142,9 +150,7 @@ fn first_accepted(search: &Search, state: &State, turned: Vec<f64>) -> Result<Op
     let form = Surrogate { form: search.problem.form, change };
     let problem = Problem { form: &form, ..*search.problem };
     let mut search = search.on(&problem);
-    let mut model = Candidate::new(&problem, state.fitted.model.specs.clone())?;
-    model.unknowns = state.fitted.model.unknowns.clone();
-    model.p = state.fitted.model.p.clone();
+    let model = state.fitted.model.again(&problem)?;
     let at = model.linearise(&problem);
     let state = search.settled(model, at, state.accepted.clone())?;
     let round = search.round(&state, 1);

@@ -24,7 +24,17 @@ const SWAP: f64 = 0.4;
 ///
 /// Empty where nothing can be said: no torque, too short a run, a model that explains little of any joint.
 pub fn torque_checks(robot: &Robot, catalogue: &Catalogue, runs: &[Run], options: &Options) -> Vec<Note> {
-    let Ok(prepared) = Prepared::new(robot, runs, options) else { return Vec::new() };
+    let prepared = Prepared::new(robot, runs, options);
+    prepared.map_or_else(|_| Vec::new(), |prepared| torque_notes(robot, catalogue, &prepared, options))
+}
+
+/// [`torque_checks`] of runs made ready.
+pub(crate) fn torque_notes(
+    robot: &Robot,
+    catalogue: &Catalogue,
+    prepared: &Prepared,
+    options: &Options,
+) -> Vec<Note> {
     let form = prepared.form(robot);
     let problem = Problem { robot, catalogue, form: &form, options };
     let Ok(model) = Candidate::new(&problem, robot.all_effects()) else { return Vec::new() };
@@ -32,7 +42,7 @@ pub fn torque_checks(robot: &Robot, catalogue: &Catalogue, runs: &[Run], options
     let sensors = [Sensor::MotorTorque, Sensor::JointTorque];
     sensors
         .into_iter()
-        .flat_map(|sensor| of_sensor(robot, &prepared, form.layout(), &residual, sensor))
+        .flat_map(|sensor| of_sensor(robot, prepared, form.layout(), &residual, sensor))
         .collect()
 }
 
