@@ -1,20 +1,37 @@
 //! Diagnoses one case of the suite and prints everything.
 //!
 //! ```text
-//! cargo run --release -p sinew-tests --example case -- 1|2 EFFECT|nothing SEED
+//! cargo run --release -p sinew-tests --example case -- 1|2|6 EFFECT|nothing SEED [full|motor [fine|coarse [SIZE [imposed|innovation]]]]
 //! ```
 
-use sinew_tests::{Case, hidden_effects, judge, one_joint, two_joints};
+use sinew_identify::{Options, Residual};
+use sinew_tests::{Arm, Case, Conditions, hidden_effects, judge};
+
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
-    let [_, _, _] = args.as_slice() else { return eprintln!("usage: case 1|2 EFFECT|nothing SEED") };
-    let arm = if args[0] == "1" { one_joint() } else { two_joints() };
+    let word = |k: usize, default: &'static str| args.get(k).cloned().unwrap_or(default.to_owned());
+    let (Some(arm), Some(conditions), 3..) = (
+        args.first().and_then(|a| Arm::of_joints(a.parse().ok()?)),
+        Conditions::named(&word(3, "full"), &word(4, "fine")),
+        args.len(),
+    ) else {
+        return eprintln!(
+            "usage: case 1|2|6 EFFECT|nothing SEED [full|motor [fine|coarse [SIZE [imposed|innovation]]]]"
+        );
+    };
     let Ok(seed) = args[2].parse::<u64>() else { return eprintln!("SEED: a whole number") };
+    let size = args.get(5).and_then(|a| a.parse().ok()).unwrap_or(1.0);
     let dof = seed as usize % arm.robot.model.nv;
-    let all = hidden_effects(&arm, dof);
+    let all = hidden_effects(&arm, dof, size);
     let hidden = all.iter().find(|h| h.effect == args[1]);
-    let case = Case::new(&arm, hidden, if hidden.is_some() { seed } else { 100_000 + seed });
-    let d = match judge(&arm, &case, &Default::default()) {
+    let case = Case::new(&arm, hidden, conditions, if hidden.is_some() { seed } else { 100_000 + seed });
+    let residual = std::env::args().find_map(|a| match a.as_str() {
+        "imposed" => Some(Residual::Imposed),
+        "innovation" => Some(Residual::Innovation),
+        _ => None,
+    });
+    let options = Options { residual, ..Options::default() };
+    let d = match judge(&arm, &case, &options) {
         Ok((_, diagnosis)) => diagnosis,
         Err(error) => return eprintln!("{error}"),
     };

@@ -26,23 +26,43 @@ pub struct Hidden {
     pub how: How,
 }
 
-/// Every effect that these sensors can see, hidden at degree of freedom `dof` (link effects at the link it moves).
-pub fn hidden_effects(arm: &Arm, dof: usize) -> Vec<Hidden> {
+impl Hidden {
+    /// True if only a link encoder shows it.
+    pub fn needs_link_encoder(&self) -> bool {
+        ["position_sensor_offset", "position_sensor_scale", "time_skew"].contains(&self.effect)
+    }
+}
+
+/// Every effect that encoders and torques can see, hidden at degree of freedom `dof` (link effects at the link it
+/// moves). What is added has `size` times the strength of a plain one; what is stated is wrong by its full amount.
+pub fn hidden_effects(arm: &Arm, dof: usize, size: f64) -> Vec<Hidden> {
     let joint = arm.robot.model.dof_name(dof).to_owned();
-    let mut list = added_at_joint(arm, dof, &joint);
-    list.extend(added_to_robot(arm, dof));
+    let mut list = added_at_joint(arm, dof, &joint, size);
+    list.extend(added_to_robot(arm, dof, size));
     list.extend(changed(arm, dof, &joint));
     list
 }
 
-fn added_at_joint(arm: &Arm, dof: usize, joint: &str) -> Vec<Hidden> {
+// Keys that give a shape: they do not shrink with an effect's size.
+const SHAPES: [&str; 6] = [
+    "stribeck_velocity",
+    "bristle_stiffness",
+    "smoothing_velocity",
+    "yield_deflection",
+    "per_turn",
+    "position",
+];
+
+fn added_at_joint(arm: &Arm, dof: usize, joint: &str, size: f64) -> Vec<Hidden> {
     let f = arm.torque[dof];
     let k = arm.robot.joints[dof].stiffness.unwrap_or(1e4);
     // A large deflection of this spring: five times Coulomb torque.
     let deflection = 5.0 * f / k;
     let with = |effect: &'static str, values: &[(&str, f64)]| {
         let plain = EffectSpec::new(effect, Place::Joint(joint.to_owned()));
-        let spec = values.iter().fold(plain, |s, (key, v)| s.with(key, *v));
+        let spec = values
+            .iter()
+            .fold(plain, |s, (key, v)| s.with(key, if SHAPES.contains(key) { *v } else { size * v }));
         Hidden { effect, place: joint.to_owned(), dof, how: How::Added(spec) }
     };
     let mut contact = with("contact", &[("stiffness", 8.0 * f), ("position", 0.35)]);
@@ -78,16 +98,19 @@ fn added_at_joint(arm: &Arm, dof: usize, joint: &str) -> Vec<Hidden> {
     ]
 }
 
-fn added_to_robot(arm: &Arm, dof: usize) -> Vec<Hidden> {
+fn added_to_robot(arm: &Arm, dof: usize, size: f64) -> Vec<Hidden> {
     let with = |effect: &'static str, spec: EffectSpec| Hidden {
         effect,
         place: Place::Robot.to_string(),
         dof,
         how: How::Added(spec),
     };
-    let mut list = vec![with("payload", EffectSpec::new("payload", Place::Robot).with("mass", 1.5))];
+    let payload = if arm.robot.model.nv > 2 { 1.0 } else { 1.5 };
+    let mut list =
+        vec![with("payload", EffectSpec::new("payload", Place::Robot).with("mass", size * payload))];
     if arm.robot.model.nv > 1 {
-        let tilt = EffectSpec::new("base_tilt", Place::Robot).with("about_x", 0.0).with("about_y", 0.06);
+        let tilt =
+            EffectSpec::new("base_tilt", Place::Robot).with("about_x", 0.0).with("about_y", size * 0.06);
         list.push(with("base_tilt", tilt));
     }
     list

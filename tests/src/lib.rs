@@ -2,11 +2,13 @@
 //! prints its table.
 
 mod hidden;
+mod nulls;
 #[cfg(doctest)]
 mod readme;
 mod robots;
 mod suite;
 
 pub use hidden::{Hidden, hidden_effects};
-pub use robots::{Arm, one_joint, two_joints};
-pub use suite::{Case, Outcome, Outside, confusion, judge, measure, null_case};
+pub use nulls::{Estimate, NullCase, null_statistics};
+pub use robots::{Arm, one_joint, six_joints, two_joints};
+pub use suite::{Case, Conditions, Outcome, Outside, confusion, judge, measure, null_case};

@@ -11,10 +11,24 @@ pub struct Arm {
     pub robot: Robot,
     /// Torque scale of each joint, N·m: its Coulomb friction.
     pub torque: Vec<f64>,
+    /// Standard deviation of a torque sample of each joint, N·m.
+    pub torque_noise: Vec<f64>,
     /// Reach of the motion from the centre, rad, and top speed, rad/s.
     pub amplitude: f64,
     /// Top speed, rad/s.
     pub speed: f64,
+}
+
+impl Arm {
+    /// The arms of the suite, by the number of their joints.
+    pub fn of_joints(joints: usize) -> Option<Self> {
+        match joints {
+            1 => Some(one_joint()),
+            2 => Some(two_joints()),
+            6 => Some(six_joints()),
+            _ => None,
+        }
+    }
 }
 
 /// One vertical joint: inertia 2.0, rotor 1.2 kg·m², spring 8000 N·m/rad, gravity 29 N·m.
@@ -33,7 +47,7 @@ pub fn one_joint() -> Arm {
     let model = builder.build().expect("one link is a tree");
     let joints = vec![spring(8000.0, 8.0, 1.2)];
     let robot = Robot { joints, effects: friction(&model, &[4.0], &[6.0]), ..Robot::rigid(model) };
-    Arm { robot, torque: vec![6.0], amplitude: 0.9, speed: 2.0 }
+    Arm { robot, torque: vec![6.0], torque_noise: vec![0.5], amplitude: 0.9, speed: 2.0 }
 }
 
 /// Two joints in a vertical plane, links of half a metre.
@@ -56,7 +70,55 @@ pub fn two_joints() -> Arm {
     let model = builder.build().expect("two links are a tree");
     let joints = vec![spring(9000.0, 10.0, 1.5), spring(2500.0, 2.5, 0.4)];
     let robot = Robot { joints, effects: friction(&model, &[5.0, 1.6], &[7.0, 2.5]), ..Robot::rigid(model) };
-    Arm { robot, torque: vec![7.0, 2.5], amplitude: 0.8, speed: 1.8 }
+    Arm { robot, torque: vec![7.0, 2.5], torque_noise: vec![0.5, 0.5], amplitude: 0.8, speed: 1.8 }
+}
+
+/// Six joints of a wrist-partitioned arm: waist, shoulder, elbow, and three crossing wrist axes; reach 0.85 m, 5 kg of
+/// forearm and hand.
+pub fn six_joints() -> Arm {
+    let mut builder = ModelBuilder::new("six_joints");
+    builder.link("base", Inertia::default());
+    let links = [
+        ("turret", 9.0, [0.02, 0.0, 0.10], [0.06, 0.06, 0.05]),
+        ("upper_arm", 8.0, [0.18, 0.02, 0.0], [0.03, 0.22, 0.22]),
+        ("forearm", 4.0, [0.12, 0.0, 0.02], [0.012, 0.07, 0.07]),
+        ("wrist_yaw", 1.2, [0.04, 0.0, 0.01], [0.003, 0.004, 0.004]),
+        ("wrist_pitch", 0.9, [0.03, 0.0, 0.0], [0.002, 0.003, 0.003]),
+        ("hand", 0.6, [0.04, 0.02, 0.0], [0.001, 0.0015, 0.0015]),
+    ];
+    for (name, mass, centre, [xx, yy, zz]) in links {
+        let centre = Vector3::new(centre[0], centre[1], centre[2]);
+        builder.link(name, Inertia::at_centre_of_mass(mass, centre, [xx, yy, zz, 0.0, 0.0, 0.0]));
+    }
+    builder.link("tool", Inertia::default());
+    let joints = [
+        ("waist", "base", "turret", [0.0, 0.0, 1.0], [0.0, 0.0, 0.1]),
+        ("shoulder", "turret", "upper_arm", [0.0, -1.0, 0.0], [0.05, 0.0, 0.2]),
+        ("elbow", "upper_arm", "forearm", [0.0, -1.0, 0.0], [0.45, 0.0, 0.0]),
+        ("wrist_1", "forearm", "wrist_yaw", [1.0, 0.0, 0.0], [0.25, 0.0, 0.0]),
+        ("wrist_2", "wrist_yaw", "wrist_pitch", [0.0, -1.0, 0.0], [0.1, 0.0, 0.0]),
+        ("wrist_3", "wrist_pitch", "hand", [1.0, 0.0, 0.0], [0.08, 0.0, 0.0]),
+    ];
+    for (name, parent, child, axis, place) in joints {
+        let spec = JointSpec::new(name, JointShape::Revolute, parent, child).about(axis);
+        builder.joint(spec.at(Pose::from_xyz_rpy(place, [0.0; 3])));
+    }
+    let flange = Pose::from_xyz_rpy([0.08, 0.0, 0.0], [0.0; 3]);
+    builder.joint(JointSpec::new("flange", JointShape::Fixed, "hand", "tool").at(flange));
+    let model = builder.build().expect("six links are a tree");
+    let joints = vec![
+        spring(20_000.0, 20.0, 2.5),
+        spring(18_000.0, 18.0, 2.5),
+        spring(9000.0, 8.0, 0.9),
+        spring(1500.0, 1.0, 0.06),
+        spring(1500.0, 1.0, 0.06),
+        spring(900.0, 0.6, 0.04),
+    ];
+    let viscous = [8.0, 8.0, 4.0, 0.8, 0.8, 0.5];
+    let coulomb = vec![9.0, 9.0, 5.0, 1.5, 1.5, 1.0];
+    let robot = Robot { joints, effects: friction(&model, &viscous, &coulomb), ..Robot::rigid(model) };
+    let torque_noise = vec![0.5, 0.5, 0.4, 0.12, 0.12, 0.08];
+    Arm { robot, torque: coulomb, torque_noise, amplitude: 0.7, speed: 1.6 }
 }
 
 fn spring(stiffness: f64, damping: f64, rotor_inertia: f64) -> JointSettings {

@@ -2,16 +2,49 @@
 
 use sinew_data::{Quantity, Run};
 use sinew_effects::CATALOGUE;
-use sinew_identify::{Diagnosis, Options, Verdict, diagnose};
+use sinew_identify::{CandidateReport, Diagnosis, Options, Verdict, diagnose, fit};
 use sinew_model::{EffectSpec, Robot};
 use sinew_plant::Plant;
 use sinew_simulate::{
-    Controller, Excitation, Limits, Motion, Noise, Options as Simulation, Start, Stream, Tolerance,
-    Trajectory, simulate,
+    Controller, Excitation, Limits, Motion, Noise, Options as Simulation, SensorNoise, Start, Stream,
+    Tolerance, Trajectory, simulate,
 };
 
 use crate::hidden::How;
 use crate::{Arm, Hidden};
+
+/// How well a case is measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Conditions {
+    /// True if the links have encoders of their own.
+    pub link_encoders: bool,
+    /// Step of the motors' encoders on the link side, rad.
+    pub motor_step: f64,
+}
+
+// Encoder steps, rad: 17 bit a joint turn.
+const STEP_17_BIT: f64 = std::f64::consts::TAU / 131_072.0;
+const GEAR_RATIO: f64 = 50.0;
+
+impl Conditions {
+    /// Motor encoders of 17 bit a motor turn, link encoders.
+    pub const FULL: Self = Self { link_encoders: true, motor_step: STEP_17_BIT / GEAR_RATIO };
+
+    /// Conditions by name: `full` or `motor`, then `fine` (17 bit a motor turn) or `coarse` (17 bit a joint turn).
+    pub fn named(sensors: &str, encoder: &str) -> Option<Self> {
+        let link_encoders = match sensors {
+            "full" => true,
+            "motor" => false,
+            _ => return None,
+        };
+        let motor_step = match encoder {
+            "fine" => STEP_17_BIT / GEAR_RATIO,
+            "coarse" => STEP_17_BIT,
+            _ => return None,
+        };
+        Some(Self { link_encoders, motor_step })
+    }
+}
 
 /// A case of the suite: a pure function of its seed.
 pub struct Case {
@@ -21,6 +54,8 @@ pub struct Case {
     pub truth: Robot,
     /// What the model lacks: effect and place; none if nothing.
     pub hidden: Option<(String, String)>,
+    /// How well it is measured.
+    pub conditions: Conditions,
     /// Seed of deviations, motion and noise.
     pub seed: u64,
 }
@@ -34,7 +69,8 @@ pub struct Outcome {
     pub verdict: Verdict,
     /// First effect and place named, with its probability.
     pub first: Option<(String, String, f64)>,
-    /// Its contribution ρ, in units of filtered noise; near zero for a value that only its tolerance speaks against.
+    /// Contribution ρ of what is hidden, in units of filtered noise; near zero for a value that only its tolerance speaks
+    /// against.
     pub contribution: f64,
     /// All accepted, `effect@place`.
     pub accepted: Vec<String>,
@@ -47,16 +83,14 @@ pub type Outside = Box<dyn std::error::Error + Send + Sync>;
 
 // Sign width of the truth's friction; the model starts from twice that.
 const TRUE_SMOOTHING: f64 = 1e-3;
-// Torque noise of a sample, N·m, and encoder steps of motor and link, rad.
-const TORQUE_NOISE: f64 = 0.5;
-const MOTOR_STEP: f64 = std::f64::consts::TAU / (131_072.0 * 50.0);
-const LINK_STEP: f64 = std::f64::consts::TAU / (131_072.0 * 8.0);
+// Step of the links' encoders, rad.
+const LINK_STEP: f64 = STEP_17_BIT / 8.0;
 // True parameters are off their stated values by this share of the stated tolerance.
 const DEVIATION: f64 = 0.5;
 
 impl Case {
     /// The case that hides `hidden` in `arm`.
-    pub fn new(arm: &Arm, hidden: Option<&Hidden>, seed: u64) -> Self {
+    pub fn new(arm: &Arm, hidden: Option<&Hidden>, conditions: Conditions, seed: u64) -> Self {
         let mut model = arm.robot.clone();
         let mut truth = deviated(&arm.robot, seed);
         if let Some(hidden) = hidden {
@@ -67,7 +101,7 @@ impl Case {
             }
         }
         let hidden = hidden.map(|h| (h.effect.to_owned(), h.place.clone()));
-        Self { model, truth, hidden, seed }
+        Self { model, truth, hidden, conditions, seed }
     }
 
     /// Whether the diagnosis named the right effect at the right place first.
@@ -81,8 +115,8 @@ impl Case {
 }
 
 /// A case in which nothing is hidden.
-pub fn null_case(arm: &Arm, seed: u64) -> Case {
-    Case::new(arm, None, seed)
+pub fn null_case(arm: &Arm, conditions: Conditions, seed: u64) -> Case {
+    Case::new(arm, None, conditions, seed)
 }
 
 /// The runs of a case: Fourier motion, then strokes, reversals, chirp and steps, closed loop, 1 kHz.
@@ -96,10 +130,15 @@ pub fn measure(arm: &Arm, case: &Case) -> Result<Vec<Run>, Outside> {
     feed_forward.joints.iter_mut().for_each(|j| j.stiffness = None);
     feed_forward.effects.clear();
     let feed_forward = Plant::new(&feed_forward, &CATALOGUE)?;
-    let noise = Noise::default()
-        .with(Quantity::MotorPosition, 0.3 * MOTOR_STEP, MOTOR_STEP)
-        .with(Quantity::JointPosition, 0.3 * LINK_STEP, LINK_STEP)
-        .with(Quantity::MotorTorque, TORQUE_NOISE, 0.0);
+    let mut noise = Noise::default()
+        .with(Quantity::MotorPosition, 0.3 * case.conditions.motor_step, case.conditions.motor_step)
+        .with(Quantity::JointPosition, 0.3 * LINK_STEP, LINK_STEP);
+    noise.sensors.extend(arm.torque_noise.iter().enumerate().map(|(dof, &std)| SensorNoise {
+        quantity: Quantity::MotorTorque,
+        joint: Some(truth.model().dof_name(dof).to_owned()),
+        std,
+        resolution: 0.0,
+    }));
     let motions = [fourier(arm, case.seed), strokes(arm, case.seed)];
     motions
         .into_iter()
@@ -109,8 +148,10 @@ pub fn measure(arm: &Arm, case: &Case) -> Result<Vec<Run>, Outside> {
             let start: Vec<f64> = (0..truth.model().nv).map(|d| reference.at(d, 0.0).position).collect();
             let mut options = Simulation::new(&truth, duration, 1e-3);
             options.start = Start::balanced(&truth, &parameters, &start)?;
-            options.quantities =
-                vec![Quantity::MotorPosition, Quantity::MotorTorque, Quantity::JointPosition];
+            options.quantities = vec![Quantity::MotorPosition, Quantity::MotorTorque];
+            if case.conditions.link_encoders {
+                options.quantities.push(Quantity::JointPosition);
+            }
             options.noise = noise.clone();
             options.seed = case.seed * 2 + k as u64;
             options.tolerance = Tolerance { relative: 1e-8, absolute: 1e-10 };
@@ -163,11 +204,26 @@ pub fn judge(arm: &Arm, case: &Case, options: &Options) -> Result<(Outcome, Diag
         hidden: case.hidden.clone(),
         verdict: diagnosis.verdict,
         first: first.map(|c| (c.effect.clone(), c.place.clone(), c.probability)),
-        contribution: first.map_or(0.0, |c| c.contribution),
+        contribution: contribution(case, &runs, &diagnosis, options),
         accepted: diagnosis.accepted.iter().map(|a| format!("{}@{}", a.effect, a.place)).collect(),
         rivals: first.map(|c| c.rivals.iter().map(|r| r.effect.clone()).collect()).unwrap_or_default(),
     };
     Ok((outcome, diagnosis))
+}
+
+// ρ of what is hidden: its share after everything else has adapted, in units of noise.
+fn contribution(case: &Case, runs: &[Run], diagnosis: &Diagnosis, options: &Options) -> f64 {
+    let Some((effect, place)) = &case.hidden else { return 0.0 };
+    let hidden = |c: &&CandidateReport| c.effect == *effect && c.place == *place;
+    if let Some(named) = diagnosis.candidates.iter().find(hidden) {
+        return named.contribution;
+    }
+    // Not named: asked for.
+    let is_hidden = |e: &&EffectSpec| e.kind == *effect && e.place.to_string() == *place;
+    let Some(spec) = case.truth.effects.iter().find(is_hidden) else { return 0.0 };
+    let fitted = fit(&case.model, &CATALOGUE, runs, &[], std::slice::from_ref(spec), options);
+    let found = fitted.as_ref().ok().and_then(|f| f.diagnosis.candidates.iter().find(hidden));
+    found.map_or(0.0, |c| c.contribution)
 }
 
 // Every stated value moved by half of its tolerance, up or down by chance.

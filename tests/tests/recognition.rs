@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use sinew_identify::{Options, Verdict};
-use sinew_tests::{Case, hidden_effects, judge, null_case, one_joint};
+use sinew_tests::{Case, Conditions, hidden_effects, judge, null_case, one_joint};
 
 // One effect of each family and kind of screen, in one joint.
 const FIXED: [&str; 10] = [
@@ -23,9 +23,12 @@ const FIXED: [&str; 10] = [
 #[test]
 fn the_hidden_effect_is_named_first() {
     let arm = one_joint();
-    let all = hidden_effects(&arm, 0);
-    let cases: Vec<Case> =
-        all.iter().filter(|h| FIXED.contains(&h.effect)).map(|h| Case::new(&arm, Some(h), 0)).collect();
+    let all = hidden_effects(&arm, 0, 1.0);
+    let cases: Vec<Case> = all
+        .iter()
+        .filter(|h| FIXED.contains(&h.effect))
+        .map(|h| Case::new(&arm, Some(h), Conditions::FULL, 0))
+        .collect();
     assert_eq!(cases.len(), FIXED.len());
     let right: Vec<bool> = cases
         .par_iter()
@@ -46,7 +49,8 @@ fn nothing_is_named_where_nothing_is_hidden() {
     let alarms = (0..3u64)
         .into_par_iter()
         .filter(|seed| {
-            let outcome = judge(&arm, &null_case(&arm, 100_000 + seed), &Options::default());
+            let outcome =
+                judge(&arm, &null_case(&arm, Conditions::FULL, 100_000 + seed), &Options::default());
             !outcome.is_ok_and(|(o, _)| o.verdict == Verdict::Adequate)
         })
         .count();

@@ -3,12 +3,12 @@
 use sinew_data::{Quantity, Run};
 use sinew_effects::CATALOGUE;
 use sinew_identify::{Options, compare, torque_checks};
-use sinew_tests::{measure, null_case, two_joints};
+use sinew_tests::{Conditions, measure, null_case, two_joints};
 
 #[test]
 fn a_right_log_raises_no_suspicion_and_a_wrong_one_names_the_joint() {
     let arm = two_joints();
-    let runs = measure(&arm, &null_case(&arm, 100_001)).expect("the arm can be simulated");
+    let runs = measure(&arm, &null_case(&arm, Conditions::FULL, 100_001)).expect("the arm can be simulated");
     let said = |runs: &[Run]| {
         let notes = torque_checks(&arm.robot, &CATALOGUE, runs, &Options::default());
         notes.iter().map(|n| format!("{}: {}", n.place, n.statement)).collect::<Vec<_>>()

@@ -40,11 +40,26 @@ pub(crate) fn text(diagnosis: &Diagnosis, explain: bool) -> String {
     section(&mut out, "to tell rivals apart", &experiments);
     let findings: Vec<_> = diagnosis.findings.iter().map(|f| f.statement.clone()).collect();
     section(&mut out, "findings", &findings);
+    section(&mut out, "would have been seen", &limits(diagnosis));
     if !diagnosis.scope.is_empty() {
         out += &format!("\nscope: {}\n", diagnosis.scope);
     }
     out += &refusals(diagnosis, explain);
     out
+}
+
+// The smallest strengths that would have been named, place by place.
+fn limits(diagnosis: &Diagnosis) -> Vec<String> {
+    let mut places: Vec<&str> = diagnosis.limits.iter().map(|l| l.place.as_str()).collect();
+    places.sort_unstable();
+    places.dedup();
+    let line = |place: &&str| {
+        let own = diagnosis.limits.iter().filter(|l| l.place == **place);
+        let each: Vec<String> =
+            own.map(|l| format!("{} from {} {}", l.effect, number(l.smallest), l.unit)).collect();
+        format!("{place}: {}", each.join(", "))
+    };
+    places.iter().map(line).collect()
 }
 
 /// Every refused candidate with the gate that refused it, or how many there are.

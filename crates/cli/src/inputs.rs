@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use sinew_data::{ColumnMap, Run, RunSpec};
 use sinew_effect::PlaceKind;
 use sinew_effects::CATALOGUE;
-use sinew_identify::Options;
+use sinew_identify::{Options, Residual};
 use sinew_plant::Plant;
 use sinew_urdf::{KindWords, RobotFile, Vocabulary, read_robot};
 
@@ -26,6 +26,18 @@ pub(crate) struct Inputs {
     /// Go on although a data check failed
     #[arg(long)]
     force: bool,
+    /// How runs become residuals; default: as suits them, and the scope says which and why
+    #[arg(long, value_enum)]
+    residual: Option<ResidualName>,
+}
+
+/// The residuals by name.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum ResidualName {
+    /// The smoothed motor motion is imposed, other sensors are compared
+    Imposed,
+    /// Innovations of a filter that treats torque and encoder noise together
+    Innovation,
 }
 
 /// How the columns of a log are called.
@@ -39,7 +51,11 @@ pub(crate) struct Columns {
 impl Inputs {
     /// The settings of the analyses.
     pub fn options(&self) -> Options {
-        Options { force: self.force, ..Options::default() }
+        let residual = self.residual.map(|name| match name {
+            ResidualName::Imposed => Residual::Imposed,
+            ResidualName::Innovation => Residual::Innovation,
+        });
+        Options { force: self.force, residual, ..Options::default() }
     }
 
     /// Reads robot and runs; what is suspicious about their reading goes to standard error.

@@ -46,7 +46,8 @@ pub fn fourth_difference_lag1(values: &[f64]) -> f64 {
 /// Standard deviation of the instrument's noise: as stated with the signal, else estimated.
 ///
 /// ```text
-/// σ = max(white_noise_std, r / √12)        r: the resolution stated, or the step found in the readings
+/// σ² = std² + r²/12                        both stated: noise before rounding, and rounding
+/// σ = max(white_noise_std, r / √12)        no std stated; r: the resolution stated, or the step found in the readings
 /// ```
 ///
 /// # Example
@@ -55,14 +56,15 @@ pub fn fourth_difference_lag1(values: &[f64]) -> f64 {
 /// let mut signal = Signal::new(Quantity::MotorPosition, "elbow", vec![0.0; 100]);
 /// signal.resolution = Some(12f64.sqrt());
 /// assert_eq!(instrument_noise(&signal), 1.0);
-/// signal.std = Some(0.25);
-/// assert_eq!(instrument_noise(&signal), 0.25);
+/// signal.std = Some(0.75);
+/// assert_eq!(instrument_noise(&signal), 1.25);
 /// ```
 pub fn instrument_noise(signal: &Signal) -> f64 {
-    signal.std.unwrap_or_else(|| {
-        let resolution = signal.resolution.or_else(|| quantisation_step(&signal.values)).unwrap_or(0.0);
-        white_noise_std(&signal.values).max(resolution / 12f64.sqrt())
-    })
+    if let Some(std) = signal.std {
+        return std.hypot(signal.resolution.unwrap_or(0.0) / 12f64.sqrt());
+    }
+    let resolution = signal.resolution.or_else(|| quantisation_step(&signal.values)).unwrap_or(0.0);
+    white_noise_std(&signal.values).max(resolution / 12f64.sqrt())
 }
 
 /// Autocovariance of a signal at the lags 0 … `lags`.

@@ -82,6 +82,10 @@ impl Whitener {
         seed: u64,
     ) -> Self {
         let layout = form.layout();
+        if form.is_white() {
+            let of = |c| white_noise(layout, c, &saturated(layout, c, residual, columns));
+            return Self { channels: (0..layout.channels.len()).map(of).collect() };
+        }
         let seeds: Vec<u64> = (0..SHAKES).map(|s| seed.wrapping_mul(31).wrapping_add(s * 7919)).collect();
         let shakes = form.position_noise(plant, p, &seeds);
         let channels = (0..layout.channels.len())
@@ -94,6 +98,16 @@ impl Whitener {
             .collect();
         Self { channels }
     }
+}
+
+// Noise of rows that a filter has made white, of unit variance or more.
+fn white_noise(layout: &Layout, c: usize, left: &[f64]) -> ChannelNoise {
+    let rows: Vec<usize> = rows_of(layout, c).collect();
+    let scale = robust_std(left).max(1.0);
+    let torque = layout.channels[c].signal() == "motor_torque";
+    let kappa = if torque { reversal_kappa(layout, &rows, left, scale) } else { 0.0 };
+    let rms = (left.iter().map(|e| e * e).sum::<f64>() / left.len().max(1) as f64).sqrt();
+    ChannelNoise { scale, kappa, ar: Vec::new(), innovation: 1.0, floor: rms.max(scale) }
 }
 
 fn channel_noise(

@@ -6,13 +6,13 @@ use sinew_data::Run;
 use sinew_effect::Catalogue;
 use sinew_model::Robot;
 
+use crate::analysis::{analysed, residual_told};
 use crate::base::scope;
-use crate::before::checked;
-use crate::comparison::{Prepared, as_given};
+use crate::comparison::as_given;
 use crate::explore::{Explored, explore, widening};
 use crate::fitting::{ParameterReport, parameters};
 use crate::gates::Evidence;
-use crate::problem::Problem;
+use crate::limits::{DetectionLimit, limits};
 use crate::report::{Finding, Refusal, Verdict};
 use crate::search::{Accepted as Entry, Search, State};
 use crate::surrogate::{FalseAcceptance, counted, sentence, surrogates};
@@ -97,6 +97,8 @@ pub struct Diagnosis {
     pub findings: Vec<Finding>,
     /// Candidates that were refused, and why.
     pub refusals: Vec<Refusal>,
+    /// Under `adequate`: what would have been seen.
+    pub limits: Vec<DetectionLimit>,
 }
 
 /// Names the effects that the model lacks.
@@ -109,17 +111,16 @@ pub fn diagnose(
     runs: &[Run],
     options: &Options,
 ) -> Result<Diagnosis, IdentifyError> {
-    let prepared = Prepared::new(robot, runs, options)?;
-    let suspicions = checked(robot, catalogue, runs, &prepared, options)?;
-    let form = prepared.form(robot);
-    let problem = Problem { robot, catalogue, form: &form, options };
-    let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);
-    let base = search.base(prepared.base_specs(robot, catalogue))?;
-    let floors: Vec<f64> = base.whitener.channels.iter().map(|c| c.floor).collect();
-    let mut findings = as_given(&search, &floors)?.0.findings;
-    findings.splice(0..0, suspicions);
-    let explored = explore(&mut search, base, None)?;
-    report(&search, &explored, findings, scope(robot, &prepared.sensors, runs))
+    analysed(robot, catalogue, runs, options, |search, prepared, suspicions| {
+        let base = search.base(prepared.base_specs(robot, catalogue))?;
+        let floors = search.floors_told(&base)?;
+        let mut findings = as_given(search.yardstick(), &floors)?.0.findings;
+        findings.splice(0..0, suspicions);
+        let explored = explore(search, base, None)?;
+        let scope = scope(robot, &prepared.sensors, runs);
+        let scope = format!("{scope}; {}", residual_told(search, prepared, runs));
+        report(search, &explored, findings, scope)
+    })
 }
 
 /// The diagnosis of a finished search.
@@ -163,7 +164,18 @@ pub(crate) fn report(
         .map(|e| Accepted { effect: e.trial.card.name.to_owned(), place: e.trial.place.to_string() })
         .collect();
     let refusals = search.refusals.clone();
-    Ok(Diagnosis { verdict, scope, channels, false_acceptance, accepted, candidates, findings, refusals })
+    let limits = if verdict == Verdict::Adequate { limits(search, explored) } else { Vec::new() };
+    Ok(Diagnosis {
+        limits,
+        verdict,
+        scope,
+        channels,
+        false_acceptance,
+        accepted,
+        candidates,
+        findings,
+        refusals,
+    })
 }
 
 // Two encoders of one joint that are not read at the same instant: told before anything else.

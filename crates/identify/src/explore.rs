@@ -11,6 +11,8 @@ use crate::verdict::rms;
 /// Runs that no fit and no gate uses.
 pub(crate) struct Unseen<'a> {
     pub search: &'a Search<'a>,
+    /// Floors of the channels, in the units of its rows.
+    pub floors: Vec<f64>,
 }
 
 impl Unseen<'_> {
@@ -19,15 +21,14 @@ impl Unseen<'_> {
         self.search.problem.form.residual(&model.plant, &model.p)
     }
     /// Error by floor over all channels.
-    pub fn total(&self, model: &Candidate, floors: &[f64]) -> f64 {
-        crate::comparison::total(self.search, &self.residual(model), floors)
+    pub fn total(&self, model: &Candidate) -> f64 {
+        crate::comparison::total(self.search, &self.residual(model), &self.floors)
     }
 
     /// Accepted effects that do not hold on these runs, each with the reason: those whose own channel gets worse; if
     /// there is none and all channels together get worse, all that are new.
     fn refused(&self, before: &State, after: &State) -> Vec<(Trial, String)> {
-        let floors: Vec<f64> = after.whitener.channels.iter().map(|c| c.floor).collect();
-        let of = |state: &State| by_channel(self.search, &self.residual(&state.fitted.model), &floors);
+        let of = |state: &State| by_channel(self.search, &self.residual(&state.fitted.model), &self.floors);
         let (old, new) = (of(before), of(after));
         let (old_total, new_total) = (rms(old.iter().copied()), rms(new.iter().copied()));
         let added = &after.accepted[before.accepted.len()..];
@@ -78,7 +79,7 @@ pub(crate) fn explore(
     unseen: Option<&Unseen>,
 ) -> Result<Explored, IdentifyError> {
     let mut state = base;
-    let mut rungs = vec![rung(&[], &state, unseen)];
+    let mut rungs = vec![rung(search, &[], &state, unseen)];
     let mut last = None;
     let most = search.problem.options.most_effects;
     let mut step = 1;
@@ -96,6 +97,9 @@ pub(crate) fn explore(
                 search.banned.push(trial.label());
             }
             search.offer_again(&mut state);
+            if let Some(reference) = &state.reference {
+                search.problem.form.adopt(reference);
+            }
             step += 1;
             continue;
         }
@@ -103,17 +107,17 @@ pub(crate) fn explore(
             next.accepted[state.accepted.len()..].iter().map(|a| a.trial.clone()).collect();
         state = next;
         let labels: Vec<String> = added.iter().map(|t| t.label()).collect();
-        rungs.push(rung(&labels, &state, unseen));
+        rungs.push(rung(search, &labels, &state, unseen));
         step += 1;
     }
     let state = pruned(search, state, &mut rungs, unseen)?;
     Ok(Explored { state, rungs, last })
 }
 
-fn rung(added: &[String], state: &State, unseen: Option<&Unseen>) -> Rung {
+fn rung(search: &Search, added: &[String], state: &State, unseen: Option<&Unseen>) -> Rung {
     Rung {
         added: added.to_vec(),
-        residual: state.fitted.at.residual.clone(),
+        residual: search.told(state),
         unseen: unseen.map(|u| u.residual(&state.fitted.model)),
     }
 }
@@ -166,7 +170,7 @@ fn pruned(
                 search.banned.push(trial.label());
                 state = candidate;
                 let label = format!("−{}", trial.label());
-                rungs.push(rung(&[label], &state, unseen));
+                rungs.push(rung(search, &[label], &state, unseen));
                 k = 0;
             }
             None => k += 1,
@@ -177,11 +181,11 @@ fn pruned(
 
 // Error by floor: on unseen runs where there are any, else on the fitted ones.
 fn error(search: &Search, state: &State, unseen: Option<&Unseen>) -> f64 {
-    let floors: Vec<f64> = state.whitener.channels.iter().map(|c| c.floor).collect();
-    match unseen {
-        Some(unseen) => unseen.total(&state.fitted.model, &floors),
-        None => crate::comparison::total(search, &state.fitted.at.residual, &floors),
+    if let Some(unseen) = unseen {
+        return unseen.total(&state.fitted.model);
     }
+    let floors: Vec<f64> = state.whitener.channels.iter().map(|c| c.floor).collect();
+    crate::comparison::total(search, &state.fitted.at.residual, &floors)
 }
 
 /// The model of `state` without its accepted effect number `k`.

@@ -20,31 +20,45 @@ pub(crate) fn random_features(records: &[Record], layout: &Layout, count: usize,
         let inputs: Vec<Vec<Vec<f64>>> = records.iter().map(|r| inputs(r, channel)).collect();
         let standard = standardisation(&inputs);
         let mut random = SmallRng::seed_from_u64(seed.wrapping_add(channel.dof as u64 * 977));
-        for (f, column) in columns.iter_mut().enumerate() {
-            let terms = random.random_range(1..=3usize);
-            let scale = SCALES[random.random_range(0..SCALES.len())];
-            let picked: Vec<(usize, f64)> = (0..terms)
-                .map(|_| {
-                    (random.random_range(0..standard.len()), scale * (2.0 * random.random::<f64>() - 1.0))
-                })
-                .collect();
-            let phase = random.random::<f64>() * std::f64::consts::TAU;
-            for segment in layout.of_channel(c) {
-                let (record, x) = (&records[segment.record], &inputs[segment.record]);
-                let series: Vec<f64> = (0..record.len())
-                    .map(|k| {
-                        let argument: f64 =
-                            picked.iter().map(|&(i, w)| w * (x[i][k] - standard[i].0) / standard[i].1).sum();
-                        let sign =
-                            if f % 2 == 1 { (record.thetad[channel.dof][k] / 0.02).tanh() } else { 1.0 };
-                        (argument + phase).cos() * sign
-                    })
-                    .collect();
-                column[segment.first..segment.first + segment.len].copy_from_slice(&record.rows(&series));
+        let drawn: Vec<Feature> = (0..count).map(|f| Feature::draw(&mut random, f, standard.len())).collect();
+        for segment in layout.of_channel(c) {
+            let (record, x) = (&records[segment.record], &inputs[segment.record]);
+            let series: Vec<Vec<f64>> =
+                drawn.iter().map(|f| f.along(x, &standard, &record.thetad[channel.dof])).collect();
+            for (column, rows) in columns.iter_mut().zip(record.generic_rows(c, &series)) {
+                column[segment.first..segment.first + segment.len].copy_from_slice(&rows);
             }
         }
     }
     columns
+}
+
+// cos(ωᵀx + b), or that times tanh(θ̇/0.02).
+struct Feature {
+    picked: Vec<(usize, f64)>,
+    phase: f64,
+    signed: bool,
+}
+
+impl Feature {
+    fn draw(random: &mut SmallRng, number: usize, inputs: usize) -> Self {
+        let terms = random.random_range(1..=3usize);
+        let scale = SCALES[random.random_range(0..SCALES.len())];
+        let picked = (0..terms)
+            .map(|_| (random.random_range(0..inputs), scale * (2.0 * random.random::<f64>() - 1.0)))
+            .collect();
+        let phase = random.random::<f64>() * std::f64::consts::TAU;
+        Self { picked, phase, signed: number % 2 == 1 }
+    }
+
+    fn along(&self, x: &[Vec<f64>], standard: &[(f64, f64)], speed: &[f64]) -> Vec<f64> {
+        let at = |k: usize| {
+            let argument: f64 =
+                self.picked.iter().map(|&(i, w)| w * (x[i][k] - standard[i].0) / standard[i].1).sum();
+            (argument + self.phase).cos() * if self.signed { (speed[k] / 0.02).tanh() } else { 1.0 }
+        };
+        (0..speed.len()).map(at).collect()
+    }
 }
 
 /// The inputs of a channel's features along a run.

@@ -6,12 +6,12 @@ use sinew_data::Run;
 use sinew_effect::{Catalogue, Written};
 use sinew_model::{EffectSpec, Model, Place, Robot};
 
+use crate::analysis::{analysed, residual_told};
 use crate::base::{is_nuisance, scope};
-use crate::before::checked;
 use crate::comparison::{Prepared, SignalError, as_given, signals, total};
 use crate::diagnosis::{Diagnosis, report};
 use crate::explore::{Explored, Rung, Unseen, explore, widening};
-use crate::problem::{Equations, Problem};
+use crate::problem::{Candidate, Equations, Problem};
 use crate::refit::{Base, refit};
 use crate::report::Verdict;
 use crate::scale::Scales;
@@ -96,14 +96,14 @@ pub fn fit(
             state = added(search, state, spec)?;
             rungs.push(Rung {
                 added: vec![spec.place.label(&spec.kind)],
-                residual: state.fitted.at.residual.clone(),
+                residual: search.told(&state),
                 unseen: unseen.map(|u| u.residual(&state.fitted.model)),
             });
         }
         if add.is_empty() {
             rungs.push(Rung {
                 added: Vec::new(),
-                residual: state.fitted.at.residual.clone(),
+                residual: search.told(&state),
                 unseen: unseen.map(|u| u.residual(&state.fitted.model)),
             });
         }
@@ -133,39 +133,41 @@ fn work(
     options: &Options,
     climb: impl FnOnce(&mut Search, State, Option<&Unseen>) -> Result<Explored, IdentifyError>,
 ) -> Result<Fit, IdentifyError> {
-    let prepared = Prepared::new(robot, runs, options)?;
-    let suspicions = checked(robot, catalogue, runs, &prepared, options)?;
-    let form = prepared.form(robot);
-    let problem = Problem { robot, catalogue, form: &form, options };
-    let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);
-    let base = search.base(prepared.base_specs(robot, catalogue))?;
-    let scales = Scales::of(runs, options);
-    let unseen_runs = Prepared::with(robot, check, prepared.sensors.clone(), scales)?;
-    let unseen_form = unseen_runs.form(robot);
-    let unseen_problem = Problem { robot, catalogue, form: &unseen_form, options };
-    let unseen_search = Search::new(&unseen_problem, &unseen_runs.records, &unseen_runs.sensors);
-    let unseen = (!check.is_empty()).then_some(Unseen { search: &unseen_search });
-    let first_floors: Vec<f64> = base.whitener.channels.iter().map(|c| c.floor).collect();
-    let (mut given, given_residual) = as_given(&search, &first_floors)?;
-    given.findings.splice(0..0, suspicions);
-    let given_unseen = match &unseen {
-        Some(u) => Some(u.residual(&crate::problem::Candidate::new(&problem, robot.all_effects())?)),
-        None => None,
-    };
-    let explored = climb(&mut search, base, unseen.as_ref())?;
-    let floors: Vec<f64> = explored.state.whitener.channels.iter().map(|c| c.floor).collect();
-    let step = |added: Vec<String>, residual: &[f64], hidden: Option<&Vec<f64>>| StepReport {
-        added,
-        rms_error: total(&search, residual, &floors),
-        check_rms_error: hidden.map(|r| total(&unseen_search, r, &floors)),
-        noise_floor: 1.0,
-        signals: signals(&search, residual, &floors),
-        check_signals: hidden.map(|r| signals(&unseen_search, r, &floors)).unwrap_or_default(),
-    };
-    let mut steps = vec![step(Vec::new(), &given_residual, given_unseen.as_ref())];
-    steps.extend(explored.rungs.iter().map(|r| step(r.added.clone(), &r.residual, r.unseen.as_ref())));
-    let diagnosis = report(&search, &explored, given.findings, scope(robot, &prepared.sensors, runs))?;
-    Ok(finished(&search, explored, diagnosis, steps, runs, check))
+    analysed(robot, catalogue, runs, options, |search, prepared, suspicions| {
+        let options = search.problem.options;
+        let base = search.base(prepared.base_specs(robot, catalogue))?;
+        let floors = search.floors_told(&base)?;
+        let scales = Scales::of(runs, options);
+        let unseen_runs = Prepared::with(robot, check, prepared.sensors.clone(), scales)?;
+        let unseen_form = unseen_runs.form(robot);
+        let unseen_problem = Problem { robot, catalogue, form: &unseen_form, options };
+        let unseen_search = Search::new(&unseen_problem, &unseen_runs.records, &unseen_runs.sensors);
+        let unseen = (!check.is_empty()).then(|| Unseen { search: &unseen_search, floors: floors.clone() });
+        let yardstick = search.yardstick();
+        let (mut given, given_residual) = as_given(yardstick, &floors)?;
+        given.findings.splice(0..0, suspicions);
+        let given_unseen = match &unseen {
+            Some(u) => Some(u.residual(&Candidate::new(yardstick.problem, robot.all_effects())?)),
+            None => None,
+        };
+        let explored = climb(search, base, unseen.as_ref())?;
+        let floors = search.floors_told(&explored.state)?;
+        let yardstick = search.yardstick();
+        let step = |added: Vec<String>, residual: &[f64], hidden: Option<&Vec<f64>>| StepReport {
+            added,
+            rms_error: total(yardstick, residual, &floors),
+            check_rms_error: hidden.map(|r| total(&unseen_search, r, &floors)),
+            noise_floor: 1.0,
+            signals: signals(yardstick, residual, &floors),
+            check_signals: hidden.map(|r| signals(&unseen_search, r, &floors)).unwrap_or_default(),
+        };
+        let mut steps = vec![step(Vec::new(), &given_residual, given_unseen.as_ref())];
+        steps.extend(explored.rungs.iter().map(|r| step(r.added.clone(), &r.residual, r.unseen.as_ref())));
+        let scope = scope(robot, &prepared.sensors, runs);
+        let scope = format!("{scope}; {}", residual_told(search, prepared, runs));
+        let diagnosis = report(search, &explored, given.findings, scope)?;
+        Ok(finished(search, explored, diagnosis, steps, runs, check))
+    })
 }
 
 fn finished(
@@ -232,7 +234,7 @@ fn added(search: &mut Search, state: State, spec: &EffectSpec) -> Result<State, 
     accepted.push(taken(&best, Vec::new()));
     let mut model = best.fitted.model;
     let at = crate::problem::refine(search.problem, &mut model, &state.whitener, 4);
-    search.settled(model, at, accepted)
+    search.settled_anew(model, at, accepted)
 }
 
 /// Every unknown of a fitted model, with the effect it belongs to.

@@ -5,6 +5,7 @@
 //! All of them look at one residual: the measured motor motion is imposed on the plant, and every other sensor is
 //! compared with what the plant predicts for it.
 
+mod analysis;
 mod base;
 mod before;
 mod colour;
@@ -17,7 +18,9 @@ mod features;
 mod fitting;
 mod gates;
 mod imposed;
+mod innovation;
 mod least_squares;
+mod limits;
 mod options;
 mod problem;
 mod record;
@@ -29,6 +32,8 @@ mod scale;
 mod screen;
 mod search;
 mod series;
+mod spread;
+mod starts;
 mod surrogate;
 mod tangent;
 mod torque_checks;
@@ -43,7 +48,8 @@ pub use comparison::{Comparison, RunError, SignalError, Trace, compare};
 pub use diagnosis::{Accepted, CandidateReport, ChannelReport, Diagnosis, RivalReport, diagnose};
 pub use error::IdentifyError;
 pub use fitting::{Fit, ParameterReport, StepReport, discover, fit};
-pub use options::Options;
+pub use limits::DetectionLimit;
+pub use options::{Options, Residual};
 pub use report::{Finding, Refusal, Verdict};
 pub use surrogate::{FalseAcceptance, SurrogateReport, TrialReport, Turned, trial};
 pub use torque_checks::torque_checks;

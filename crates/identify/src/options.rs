@@ -1,5 +1,15 @@
 //! What a user may set.
 
+/// How runs become residual rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Residual {
+    /// The measured motor motion, smoothed, is imposed; every other sensor is compared with what the model predicts.
+    Imposed,
+    /// Innovations of a filter about a motion that model, torque and encoders agree on: torque and encoder noise are
+    /// treated together.
+    Innovation,
+}
+
 /// Settings of the analyses. The defaults are those of the recognition suite.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
@@ -13,12 +23,22 @@ pub struct Options {
     pub least_z: f64,
     /// Go on although a data check failed outright.
     pub force: bool,
+    /// How runs become residual rows; none: as suits them.
+    pub residual: Option<Residual>,
     /// Seed of the generic predictor and of the noise propagation.
     pub seed: u64,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { most_effects: 8, smoothing: None, material_share: 0.002, least_z: 4.0, force: false, seed: 1 }
+        Self {
+            most_effects: 8,
+            smoothing: None,
+            material_share: 0.002,
+            least_z: 4.0,
+            force: false,
+            residual: None,
+            seed: 1,
+        }
     }
 }

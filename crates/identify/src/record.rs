@@ -1,10 +1,13 @@
 //! A run made ready: smoothed motor motion and smoothed sensors on one grid.
 
+use std::sync::Arc;
+
 use sinew_data::{Kernel, Quantity, Run, Signal, Smoother, Uniform, instrument_noise, resample};
-use sinew_effect::Sensor;
+use sinew_effect::{DIRECTIONS, Derivative, Sensor};
 use sinew_model::{Model, Robot};
 
 use crate::IdentifyError;
+use crate::innovation::Innovations;
 use crate::scale::Scales;
 
 /// A sensor of a joint, of which there is one residual series.
@@ -38,6 +41,19 @@ impl Channel {
 /// Time in which a simulated spring is led to the measured motion of its link, or damped, s.
 pub(crate) const START: f64 = 0.6;
 
+/// How series on the grid become residual rows.
+#[derive(Debug, Clone)]
+pub(crate) enum Reduction {
+    /// φ of each channel, decimated.
+    Kernel,
+    /// Means of as many grid steps as a row has.
+    Mean,
+    /// Innovations of the deviation filter, summed.
+    Innovations(Arc<Innovations>),
+    /// The same of derivatives on a grid of every second sample.
+    Thinned(Arc<Innovations>),
+}
+
 /// A run on the grid of the analysis. Outer index: degree of freedom or channel; inner: grid step.
 #[derive(Debug, Clone)]
 pub(crate) struct Record {
@@ -61,6 +77,8 @@ pub(crate) struct Record {
     pub noise: Vec<f64>,
     /// The same of the imposed positions.
     pub position_noise: Vec<f64>,
+    /// How its rows come about.
+    pub reduction: Reduction,
 }
 
 /// What the runs of a robot measure.
@@ -155,6 +173,7 @@ impl Record {
             measured: Vec::new(),
             noise: Vec::new(),
             position_noise: Vec::new(),
+            reduction: Reduction::Kernel,
         };
         for (dof, quantity) in sensors.imposed.iter().enumerate() {
             record.impose(quantity.and_then(|q| run.signal(q, model.dof_name(dof))), run, &thin);
@@ -218,9 +237,45 @@ impl Record {
         Kernel::new(self.scales.kernel)
     }
 
-    /// φ of a series on the grid, decimated to rows.
+    /// What a series on the grid is at the rows: φ of it, or its means.
     pub fn rows(&self, series: &[f64]) -> Vec<f64> {
-        self.kernel().decimate(series, self.scales.every)
+        let every = self.scales.every;
+        match self.reduction {
+            Reduction::Kernel => self.kernel().decimate(series, every),
+            _ => series.chunks_exact(every).map(|part| part.iter().sum::<f64>() / every as f64).collect(),
+        }
+    }
+
+    /// Rows of predicted channels, one channel after another.
+    pub fn channel_rows(&self, series: &[Vec<f64>]) -> Vec<f64> {
+        match &self.reduction {
+            Reduction::Innovations(filter) => filter.rows(series),
+            _ => series.iter().flat_map(|s| self.rows(s)).collect(),
+        }
+    }
+
+    /// The same of the derivatives of predicted channels along their first `count` directions.
+    pub fn channel_rows_along(&self, series: &[Vec<Derivative>], count: usize) -> Vec<Vec<f64>> {
+        match &self.reduction {
+            Reduction::Innovations(filter) => return filter.rows_along(series, count, false),
+            Reduction::Thinned(filter) => return filter.rows_along(series, count, true),
+            Reduction::Kernel | Reduction::Mean => {}
+        }
+        let along = |direction: usize| {
+            let one = |s: &Vec<Derivative>| {
+                self.rows(&s.iter().map(|x| x.derivative[direction]).collect::<Vec<_>>())
+            };
+            series.iter().flat_map(one).collect()
+        };
+        (0..count.min(DIRECTIONS)).map(along).collect()
+    }
+
+    /// Rows that several unmodelled things would give a channel.
+    pub fn generic_rows(&self, channel: usize, series: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        match &self.reduction {
+            Reduction::Innovations(filter) => filter.of_torques(channel, series),
+            _ => series.iter().map(|s| self.rows(s)).collect(),
+        }
     }
 
     /// Grid step of a row's centre.
@@ -267,7 +322,7 @@ pub(crate) fn noise_of(signal: &Signal, even: &[f64]) -> f64 {
 }
 
 // Motor torque, or current times the torque constant.
-fn channel_signal(robot: &Robot, run: &Run, channel: &Channel) -> Signal {
+pub(crate) fn channel_signal(robot: &Robot, run: &Run, channel: &Channel) -> Signal {
     let joint = robot.model.dof_name(channel.dof);
     let quantity = match channel.sensor {
         Sensor::MotorTorque => Quantity::MotorTorque,

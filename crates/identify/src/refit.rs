@@ -75,6 +75,7 @@ pub(crate) fn refit(
     let tension = base.model.penalty() - model.penalty();
     let evidence = Evidence::of(layout, &pair, tension, trial.parameters, &held_out, channel_std);
     let refused = impossible(&base.model, &model, &own, added)
+        .or_else(|| shorter_than_a_sample(&model, &own, layout.period))
         .or_else(|| vague(problem, whitener, &model, &at, &own, new));
     let fitted = Fitted { model, at, white, objective: best };
     Some(Refit { trial: trial.clone(), fitted, evidence, refused })
@@ -151,6 +152,18 @@ fn vague(
     let strengths: Vec<usize> = own.iter().copied().filter(|&k| !model.unknowns[k].shape).collect();
     (new && !strengths.is_empty() && !strengths.into_iter().any(sure))
         .then(|| "its strength is within two standard deviations of zero".to_owned())
+}
+
+// Times below a sample period are a matter of how the log was written, not of the robot.
+fn shorter_than_a_sample(model: &Candidate, own: &[usize], period: f64) -> Option<String> {
+    let of = |k: &usize| {
+        let unknown = &model.unknowns[*k];
+        let active = &model.plant.effects()[unknown.id.effect];
+        let parameter = &active.effect.card().parameters[unknown.id.parameter];
+        (parameter.unit == "s" && !unknown.shape).then_some(model.p[unknown.position].abs())
+    };
+    let time = own.iter().filter_map(of).fold(f64::NAN, f64::max);
+    (time < period).then(|| format!("{:.2} ms are less than one sample", 1e3 * time))
 }
 
 // A stated parameter that must be positive and is driven to zero, or strengths that all vanish, speak against the

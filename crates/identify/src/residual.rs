@@ -1,11 +1,14 @@
 //! Residual rows: what is left of each channel after the prediction, and how it changes with each parameter.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use sinew_effect::LANES;
 use sinew_plant::Plant;
 
 use crate::imposed::{imposed_dofs, predict, predict_lanes};
+use crate::innovation::Reference;
 use crate::record::{Channel, Record};
 use crate::tangent::{by_work, tangent_rows};
 
@@ -21,6 +24,19 @@ pub(crate) trait ResidualForm: Sync {
     fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize]) -> Vec<Vec<f64>>;
     /// Residual rows that the noise of the imposed positions causes, for one realisation of it a seed.
     fn position_noise(&self, plant: &Plant, p: &[f64], seeds: &[u64]) -> Vec<Vec<f64>>;
+    /// True if noise alone leaves rows of unit variance that do not depend on each other.
+    fn is_white(&self) -> bool {
+        false
+    }
+    /// Takes the motion about which the rows are formed anew from this model; rows from before do not belong to rows
+    /// from after.
+    fn renew(&self, _plant: &Plant, _p: &[f64]) {}
+    /// What the rows are formed about, to come back to it.
+    fn reference(&self) -> Option<Arc<Reference>> {
+        None
+    }
+    /// Comes back to a reference.
+    fn adopt(&self, _reference: &Arc<Reference>) {}
 }
 
 /// The rows of one channel in one run.
@@ -49,6 +65,8 @@ pub(crate) struct Layout {
     pub fold: Vec<usize>,
     pub blocks: usize,
     pub folds: usize,
+    /// Sample period of the log, s.
+    pub period: f64,
 }
 
 // Contiguous folds of a run.
@@ -59,7 +77,7 @@ const BLOCK: f64 = 1.0;
 const REST_SHARE: f64 = 0.3;
 
 impl Layout {
-    fn of(records: &[Record], channels: &[Channel], start: f64) -> Self {
+    pub fn of(records: &[Record], channels: &[Channel], start: f64) -> Self {
         let mut layout = Self {
             channels: channels.to_vec(),
             segments: Vec::new(),
@@ -70,6 +88,7 @@ impl Layout {
             fold: Vec::new(),
             blocks: 0,
             folds: 0,
+            period: records.iter().map(|r| r.scales.period).fold(0.0, f64::max),
         };
         for (r, record) in records.iter().enumerate() {
             let mut rows = 0;
@@ -131,71 +150,37 @@ fn velocity_scale(record: &Record, dof: usize) -> f64 {
     velocity_noise(record, dof).max(1e-3 * top.min(1.0)).max(1e-9)
 }
 
-/// The residual with imposed motor motion: θ, θ̇, θ̈ are given, every other sensor is predicted.
-pub(crate) struct Imposed<'a> {
-    records: &'a [Record],
-    layout: Layout,
-    measured: Vec<f64>,
-    nv: usize,
+/// Prediction, residual and derivatives along records, whatever makes rows of their series.
+pub(crate) struct Rows<'a> {
+    pub records: &'a [Record],
+    /// The same runs on the grid on which derivatives are taken.
+    pub smooth: &'a [Record],
+    pub channels: &'a [Channel],
+    /// Rows of what was measured.
+    pub measured: &'a [f64],
 }
-
-// A simulated spring forgets its unknown start within this time, s.
-const TRANSIENT: f64 = 0.8;
-// Logs of a coarser grid than this, s, show no spring.
-const SPRING_STEP: f64 = 0.005;
 
 // Parameters whose derivatives are carried along a run together.
 const TOGETHER: usize = 64;
 
-impl<'a> Imposed<'a> {
-    /// The rows of these records, with the start left out where a spring may be simulated.
-    pub fn new(records: &'a [Record], channels: &[Channel], nv: usize) -> Self {
-        let fast = records.iter().all(|r| r.scales.step() <= SPRING_STEP);
-        let layout = Layout::of(records, channels, if fast { TRANSIENT } else { 0.0 });
-        let measured =
-            records.iter().flat_map(|r| r.measured.iter().flat_map(|series| r.rows(series))).collect();
-        Self { records, layout, measured, nv }
+impl Rows<'_> {
+    /// Rows of the prediction.
+    pub fn predicted(&self, plant: &Plant, p: &[f64], records: &[Record]) -> Vec<f64> {
+        let of = |record: &Record| {
+            let imposed = imposed_dofs(plant, p, record);
+            record.channel_rows(&predict(plant, p, record, self.channels, &imposed))
+        };
+        records.par_iter().map(of).collect::<Vec<_>>().concat()
     }
 
-    fn predicted(&self, plant: &Plant, p: &[f64], records: &[Record]) -> Vec<f64> {
-        let per_record: Vec<Vec<f64>> = records
-            .par_iter()
-            .map(|record| {
-                let imposed = imposed_dofs(plant, p, record);
-                let series = predict(plant, p, record, &self.layout.channels, &imposed);
-                series.iter().flat_map(|s| record.rows(s)).collect()
-            })
-            .collect();
-        per_record.concat()
-    }
-}
-
-impl Imposed<'_> {
-    // Rows of one record for up to LANES sets of parameters, in one walk where the same joints are simulated.
-    fn predicted_in_lanes(&self, plant: &Plant, sets: &[Vec<f64>], record: &Record) -> Vec<Vec<f64>> {
-        let imposed: Vec<Vec<bool>> = sets.iter().map(|p| imposed_dofs(plant, p, record)).collect();
-        let channels = &self.layout.channels;
-        let alike = |p: &Vec<f64>| p.iter().zip(&sets[0]).all(|(a, b)| (*a == 0.0) == (*b == 0.0));
-        let rows = |series: Vec<Vec<f64>>| series.iter().flat_map(|s| record.rows(s)).collect();
-        if sets.len() == 1 || imposed.iter().any(|i| *i != imposed[0]) || !sets.iter().all(alike) {
-            let one = |(p, i): (&Vec<f64>, &Vec<bool>)| rows(predict(plant, p, record, channels, i));
-            return sets.iter().zip(&imposed).map(one).collect();
-        }
-        predict_lanes(plant, sets, record, channels, &imposed[0]).into_iter().map(rows).collect()
-    }
-}
-
-impl ResidualForm for Imposed<'_> {
-    fn layout(&self) -> &Layout {
-        &self.layout
-    }
-
-    fn residual(&self, plant: &Plant, p: &[f64]) -> Vec<f64> {
+    /// Measured minus predicted.
+    pub fn residual(&self, plant: &Plant, p: &[f64]) -> Vec<f64> {
         let predicted = self.predicted(plant, p, self.records);
         self.measured.iter().zip(predicted).map(|(m, u)| m - u).collect()
     }
 
-    fn residuals(&self, plant: &Plant, sets: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    /// The same at several sets of parameters.
+    pub fn residuals(&self, plant: &Plant, sets: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let jobs: Vec<(&[Vec<f64>], &Record)> =
             sets.chunks(LANES).flat_map(|lanes| self.records.iter().map(move |r| (lanes, r))).collect();
         let parts: Vec<Vec<Vec<f64>>> =
@@ -210,7 +195,22 @@ impl ResidualForm for Imposed<'_> {
             .collect()
     }
 
-    fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize]) -> Vec<Vec<f64>> {
+    // Rows of one record for up to LANES sets of parameters, in one walk where the same joints are simulated.
+    fn predicted_in_lanes(&self, plant: &Plant, sets: &[Vec<f64>], record: &Record) -> Vec<Vec<f64>> {
+        let imposed: Vec<Vec<bool>> = sets.iter().map(|p| imposed_dofs(plant, p, record)).collect();
+        let alike = |p: &Vec<f64>| p.iter().zip(&sets[0]).all(|(a, b)| (*a == 0.0) == (*b == 0.0));
+        if sets.len() == 1 || imposed.iter().any(|i| *i != imposed[0]) || !sets.iter().all(alike) {
+            let one = |(p, i): (&Vec<f64>, &Vec<bool>)| {
+                record.channel_rows(&predict(plant, p, record, self.channels, i))
+            };
+            return sets.iter().zip(&imposed).map(one).collect();
+        }
+        let lanes = predict_lanes(plant, sets, record, self.channels, &imposed[0]);
+        lanes.into_iter().map(|series| record.channel_rows(&series)).collect()
+    }
+
+    /// ∂ predicted / ∂ p, one column for each of `positions`.
+    pub fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize]) -> Vec<Vec<f64>> {
         let order = by_work(plant, positions);
         let ordered: Vec<usize> = order.iter().map(|&k| positions[k]).collect();
         let groups: Vec<&[usize]> = ordered.chunks(TOGETHER).collect();
@@ -219,12 +219,17 @@ impl ResidualForm for Imposed<'_> {
         let parts: Vec<Vec<Vec<f64>>> = jobs
             .par_iter()
             .map(|&(g, r)| {
-                let record = &self.records[r];
-                let imposed = imposed_dofs(plant, p, record);
-                tangent_rows(plant, p, record, &self.layout.channels, &imposed, groups[g])
+                let mut record = &self.smooth[r];
+                let mut imposed = imposed_dofs(plant, p, record);
+                let exact = imposed_dofs(plant, p, &self.records[r]);
+                if imposed != exact {
+                    // Some spring is too stiff for the coarser grid.
+                    (record, imposed) = (&self.records[r], exact);
+                }
+                tangent_rows(plant, p, record, self.channels, &imposed, groups[g])
             })
             .collect();
-        let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(self.layout.len); positions.len()];
+        let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(self.measured.len()); positions.len()];
         for (&(g, _), part) in jobs.iter().zip(parts) {
             for (k, rows) in part.into_iter().enumerate() {
                 columns[order[g * TOGETHER + k]].extend(rows);
@@ -232,15 +237,59 @@ impl ResidualForm for Imposed<'_> {
         }
         columns
     }
+}
+
+/// The residual with imposed motor motion: θ, θ̇, θ̈ are given, every other sensor is predicted.
+pub(crate) struct Imposed<'a> {
+    records: &'a [Record],
+    layout: Layout,
+    measured: Vec<f64>,
+    nv: usize,
+}
+
+/// A simulated spring forgets its unknown start within this time, s.
+pub(crate) const TRANSIENT: f64 = 0.8;
+// Logs of a coarser grid than this, s, show no spring.
+const SPRING_STEP: f64 = 0.005;
+
+impl<'a> Imposed<'a> {
+    /// The rows of these records, with the start left out where a spring may be simulated.
+    pub fn new(records: &'a [Record], channels: &[Channel], nv: usize) -> Self {
+        let fast = records.iter().all(|r| r.scales.step() <= SPRING_STEP);
+        let layout = Layout::of(records, channels, if fast { TRANSIENT } else { 0.0 });
+        let measured = records.iter().flat_map(|r| r.channel_rows(&r.measured)).collect();
+        Self { records, layout, measured, nv }
+    }
+
+    fn rows(&self) -> Rows<'_> {
+        let (records, channels) = (self.records, &self.layout.channels);
+        Rows { records, smooth: records, channels, measured: &self.measured }
+    }
+}
+
+impl ResidualForm for Imposed<'_> {
+    fn layout(&self) -> &Layout {
+        &self.layout
+    }
+    fn residual(&self, plant: &Plant, p: &[f64]) -> Vec<f64> {
+        self.rows().residual(plant, p)
+    }
+    fn residuals(&self, plant: &Plant, sets: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        self.rows().residuals(plant, sets)
+    }
+    fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize]) -> Vec<Vec<f64>> {
+        self.rows().columns(plant, p, positions)
+    }
 
     fn position_noise(&self, plant: &Plant, p: &[f64], seeds: &[u64]) -> Vec<Vec<f64>> {
-        let clean = self.predicted(plant, p, self.records);
+        let rows = self.rows();
+        let clean = rows.predicted(plant, p, self.records);
         let of = |seed: &u64| -> Vec<f64> {
             let records = self.records.iter().enumerate();
             let noisy: Vec<Record> = records
                 .map(|(k, record)| with_position_noise(record, self.nv, seed.wrapping_add(k as u64)))
                 .collect();
-            let shaken = self.predicted(plant, p, &noisy);
+            let shaken = rows.predicted(plant, p, &noisy);
             shaken.iter().zip(&clean).map(|(a, b)| a - b).collect()
         };
         seeds.par_iter().map(of).collect()

@@ -118,6 +118,8 @@ fn derivatives(
 pub(crate) struct Score {
     /// Strengths at the minimum (for an exact trial, the share of its first strength).
     pub strengths: Vec<f64>,
+    /// Their standard deviations, of effects that enter linearly.
+    pub stds: Vec<f64>,
     /// Fall of the objective.
     pub drop: f64,
     /// Why it is out of the question.
@@ -163,7 +165,12 @@ impl Screen<'_> {
         let left: f64 = self.base.residual.iter().zip(white.first()?).map(|(r, z)| (r - z).powi(2)).sum();
         // Even where it is worse before its refit it deserves one.
         let drop = (before - left).max(0.5 * before);
-        left.is_finite().then(|| Score { strengths: vec![1.0], drop: drop - 1e-6 * left, out: None })
+        left.is_finite().then(|| Score {
+            strengths: vec![1.0],
+            stds: Vec::new(),
+            drop: drop - 1e-6 * left,
+            out: None,
+        })
     }
 
     // S = ZᵀZ − ZᵀJ A⁻¹ JᵀZ,  s = Zᵀ r⊥,  a = S⁻¹ s
@@ -183,14 +190,16 @@ impl Screen<'_> {
         let k = white.len();
         let right: Vec<f64> = (0..k).map(|i| s[(i, 0)]).collect();
         let left = (0..k).map(|i| s_matrix[(i, i)] / own[i].max(1e-300)).fold(0.0, f64::max);
-        let a = Normal::new(&s_matrix)?.solve(&right);
+        let normal = Normal::new(&s_matrix)?;
+        let a = normal.solve(&right);
+        let stds = normal.variances().iter().map(|v| v.max(0.0).sqrt()).collect();
         let drop = dot(&a, &right);
         let out = if left < 1.0 - ABSORBED {
             Some("these runs do not separate it from what is already free".to_owned())
         } else {
             trial.wrong_sign(&a)
         };
-        Some(Score { strengths: a, drop, out })
+        Some(Score { strengths: a, stds, drop, out })
     }
 
     // The same equations without the priors of some unknowns.
@@ -233,6 +242,6 @@ impl Screen<'_> {
             .iter()
             .map(|&k| self.model.p[self.model.unknowns[k].position] + equations.step[k])
             .collect();
-        Some(Score { strengths, drop, out: None })
+        Some(Score { strengths, stds: Vec::new(), drop, out: None })
     }
 }

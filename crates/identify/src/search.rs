@@ -1,21 +1,23 @@
 //! The search: screen, refit, accept, prune, until nothing in the catalogue passes the gates.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
-use sinew_effect::Sensor;
 use sinew_model::EffectSpec;
 
 use crate::IdentifyError;
 use crate::colour::{Whitener, rows_of};
 use crate::features::random_features;
 use crate::gates::z_between;
+use crate::innovation::Reference;
 use crate::problem::{Candidate, Equations, Problem, refine};
-use crate::record::{Channel, Record, Sensors};
+use crate::record::{Record, Sensors};
 use crate::refit::{Base, Fitted, Refit, refit};
 use crate::report::Refusal;
 use crate::screen::{Score, Screen, all_columns};
+use crate::spread::channel_std;
+use crate::starts::{best_starts, impossible_starts, lowest_of_each};
 use crate::trial::{How, Offer, Trial};
 use crate::waves::Waves;
 
@@ -30,6 +32,8 @@ pub(crate) struct State {
     pub columns: Columns,
     /// The same about the stated values, where the fit has bent them far.
     pub stated: Option<Stated>,
+    /// What the rows were formed about.
+    pub reference: Option<Arc<Reference>>,
 }
 
 /// Raw columns of every candidate; none for one that cannot be evaluated.
@@ -66,6 +70,8 @@ pub(crate) struct Search<'a> {
     pub problem: &'a Problem<'a>,
     pub records: &'a [Record],
     pub sensors: &'a Sensors,
+    // The same runs under the residual in whose units errors are told, if that is another one.
+    yardstick: Option<&'a Search<'a>>,
     pub channel_std: Vec<f64>,
     pub refusals: Vec<Refusal>,
     /// Labels of candidates that are not offered again.
@@ -81,6 +87,8 @@ pub(crate) struct Round {
     pub passed: Vec<Refit>,
     /// Candidates that do not, best first.
     pub failed: Vec<Refit>,
+    /// What the screen said of every trial of the state.
+    pub scores: Vec<Option<Score>>,
 }
 
 // Most candidates refitted in a round, and fewest and most for one place.
@@ -103,12 +111,44 @@ impl<'a> Search<'a> {
             problem,
             records,
             sensors,
+            yardstick: None,
             channel_std,
             refusals: Vec::new(),
             banned: Vec::new(),
             features: OnceLock::new(),
             waves: OnceLock::new(),
         }
+    }
+
+    /// The same with errors told in the rows of another search on the same runs.
+    pub fn told_by(self, yardstick: Option<&'a Search<'a>>) -> Self {
+        Self { yardstick, ..self }
+    }
+
+    /// The search in whose rows errors are told.
+    pub fn yardstick(&self) -> &Search<'a> {
+        self.yardstick.unwrap_or(self)
+    }
+
+    /// Residual rows of a state in which errors are told.
+    pub fn told(&self, state: &State) -> Vec<f64> {
+        match self.yardstick {
+            Some(other) => state.fitted.model.residual(other.problem),
+            None => state.fitted.at.residual.clone(),
+        }
+    }
+
+    /// A model as this search sees it, nothing fitted.
+    pub fn restated(&self, model: &Candidate) -> Result<State, IdentifyError> {
+        let model = model.again(self.problem)?;
+        let at = model.linearise(self.problem);
+        let trials = self.offered(&model, &at.residual);
+        let columns = all_columns(self.problem, &model, &at.residual, &trials);
+        let flat: Vec<Vec<f64>> = columns.iter().flatten().flatten().cloned().collect();
+        let whitener = self.noise(&model, &at.residual, &[&at.columns, &flat]);
+        let fitted = Fitted::of(self.problem.form.layout(), &whitener, model, at);
+        let reference = self.problem.form.reference();
+        Ok(State { fitted, whitener, accepted: Vec::new(), trials, columns, stated: None, reference })
     }
 
     /// The same search for another problem on the same runs.
@@ -120,6 +160,7 @@ impl<'a> Search<'a> {
             problem,
             records: self.records,
             sensors: self.sensors,
+            yardstick: None,
             channel_std: self.channel_std.clone(),
             refusals: Vec::new(),
             banned: self.banned.clone(),
@@ -131,7 +172,7 @@ impl<'a> Search<'a> {
     /// The base fit: every parameter within its tolerance, and the noise it leaves.
     pub fn base(&self, specs: Vec<EffectSpec>) -> Result<State, IdentifyError> {
         let (model, at) = self.fitted(specs, 12)?;
-        self.settled(model, at, Vec::new())
+        self.settled_anew(model, at, Vec::new())
     }
 
     /// The reachable floor of every channel: what a fit of everything the catalogue offers would leave.
@@ -142,6 +183,15 @@ impl<'a> Search<'a> {
         let flat: Vec<Vec<f64>> = columns.into_iter().flatten().flatten().collect();
         let whitener = self.noise(&model, &at.residual, &[&at.columns, &flat]);
         Ok(whitener.channels.iter().map(|c| c.floor).collect())
+    }
+
+    /// The reachable floors about a state, in the rows in which errors are told.
+    pub fn floors_told(&self, state: &State) -> Result<Vec<f64>, IdentifyError> {
+        let floors = |state: &State| state.whitener.channels.iter().map(|c| c.floor).collect();
+        match self.yardstick {
+            Some(other) => other.restated(&state.fitted.model).map(|s| floors(&s)),
+            None => Ok(floors(state)),
+        }
     }
 
     fn fitted(
@@ -168,6 +218,19 @@ impl<'a> Search<'a> {
         Ok((model, at))
     }
 
+    /// [`Search::settled`] about a reference that this model gives.
+    pub fn settled_anew(
+        &self,
+        model: Candidate,
+        at: crate::problem::Linearised,
+        accepted: Vec<Accepted>,
+    ) -> Result<State, IdentifyError> {
+        let form = self.problem.form;
+        form.renew(&model.plant, &model.p);
+        let at = if form.reference().is_some() { model.linearise(self.problem) } else { at };
+        self.settled(model, at, accepted)
+    }
+
     /// Noise from a saturated regression over all candidates, and a last refinement under it.
     pub fn settled(
         &self,
@@ -183,7 +246,8 @@ impl<'a> Search<'a> {
         let at = refine(self.problem, &mut model, &whitener, 6);
         let fitted = Fitted::of(layout, &whitener, model, at);
         let stated = self.stated(&fitted.model, &whitener, &trials)?;
-        Ok(State { fitted, whitener, accepted, trials, columns, stated })
+        let reference = self.problem.form.reference();
+        Ok(State { fitted, whitener, accepted, trials, columns, stated, reference })
     }
 
     // The model at its stated values, if some value is far from what was stated.
@@ -238,7 +302,7 @@ impl<'a> Search<'a> {
             .collect();
         let waves = self.waves.get_or_init(|| Waves::of(self.records, self.sensors));
         let harmonics: Vec<(usize, f64)> =
-            waves.iter().flat_map(|w| w.harmonics(self.sensors, &scaled).map(|n| (w.dof, n))).collect();
+            waves.iter().flat_map(|w| w.harmonics(&scaled).map(|n| (w.dof, n))).collect();
         let offer = Offer {
             problem: self.problem,
             model,
@@ -253,7 +317,7 @@ impl<'a> Search<'a> {
     pub fn round(&mut self, state: &State, step: usize) -> Round {
         let trials = &state.trials;
         let Some(scores) = self.scores(&state.fitted, state, &state.columns) else {
-            return Round { passed: Vec::new(), failed: Vec::new() };
+            return Round { passed: Vec::new(), failed: Vec::new(), scores: Vec::new() };
         };
         let list = self.short_list(trials, &scores, step);
         let mut starts: Vec<(usize, &Score, Option<&Fitted>)> =
@@ -291,7 +355,7 @@ impl<'a> Search<'a> {
         for list in [&mut passed, &mut failed] {
             list.sort_by(|a, b| a.fitted.objective.total_cmp(&b.fitted.objective));
         }
-        Round { passed, failed }
+        Round { passed, failed, scores }
     }
 
     // Scores of all trials about one model.
@@ -420,53 +484,9 @@ impl<'a> Search<'a> {
         }
         let mut at = refine(self.problem, &mut model, &state.whitener, 10);
         self.restart(&mut model, &mut at, &state.whitener);
-        self.settled(model, at, accepted).map(Some)
+        self.settled_anew(model, at, accepted).map(Some)
     }
 }
-
-// The best start values of each effect and place, best first.
-fn best_starts(trials: &[Trial], scores: &[Option<Score>]) -> Vec<usize> {
-    best_by_label(trials, scores, |s| s.out.is_none())
-}
-
-// The same of those that physics forbids and the data ask for.
-fn impossible_starts(trials: &[Trial], scores: &[Option<Score>]) -> Vec<usize> {
-    best_by_label(trials, scores, |s| s.out.is_some() && s.drop > WORTH_A_WORD)
-}
-
-fn best_by_label(trials: &[Trial], scores: &[Option<Score>], counts: impl Fn(&Score) -> bool) -> Vec<usize> {
-    let drop = |k: usize| scores[k].as_ref().map_or(0.0, |s| s.drop);
-    let mut best: Vec<usize> = Vec::new();
-    for k in 0..trials.len() {
-        if !scores[k].as_ref().is_some_and(|s| s.drop.is_finite() && s.drop >= LEAST_DROP && counts(s)) {
-            continue;
-        }
-        match best.iter_mut().find(|b| trials[**b].label() == trials[k].label()) {
-            Some(slot) if drop(*slot) < drop(k) => *slot = k,
-            Some(_) => {}
-            None => best.push(k),
-        }
-    }
-    best.sort_by(|&a, &b| drop(b).total_cmp(&drop(a)));
-    best
-}
-
-// Of refits of one candidate from several starts the one that ended lowest.
-fn lowest_of_each(refits: impl Iterator<Item = Refit>) -> Vec<Refit> {
-    let mut lowest: Vec<Refit> = Vec::new();
-    for refit in refits {
-        match lowest.iter_mut().find(|l| l.trial.label() == refit.trial.label()) {
-            Some(slot) if refit.fitted.objective < slot.fitted.objective => *slot = refit,
-            Some(_) => {}
-            None => lowest.push(refit),
-        }
-    }
-    lowest
-}
-
-// Falls of the objective below which a trial is not refitted, and above which an impossible one is told.
-const LEAST_DROP: f64 = 12.0;
-const WORTH_A_WORD: f64 = 30.0;
 
 // Mean square of the whitened rows above which a fit may have ended in a wrong valley.
 const MISFIT: f64 = 4.0;
@@ -518,29 +538,4 @@ fn appended(
     extended.unknowns = model.unknowns;
     extended.p = model.p;
     Ok(extended)
-}
-
-/// Standard deviation of each channel over all rows; of a link encoder beside a motor's, that of the deflection.
-fn channel_std(problem: &Problem, records: &[Record]) -> Vec<f64> {
-    let channels = &problem.form.layout().channels;
-    let of = |(c, channel): (usize, &Channel)| {
-        let values = records.iter().flat_map(|r| {
-            let series = match channel.sensor {
-                Sensor::JointPosition => {
-                    r.measured[c].iter().zip(&r.theta[channel.dof]).map(|(q, theta)| q - theta).collect()
-                }
-                _ => r.measured[c].clone(),
-            };
-            r.rows(&series)
-        });
-        std(&values.collect::<Vec<_>>())
-    };
-    channels.iter().enumerate().map(of).collect()
-}
-
-/// Standard deviation about the mean, never quite zero.
-pub(crate) fn std(values: &[f64]) -> f64 {
-    let n = values.len().max(1) as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt().max(1e-300)
 }

@@ -16,8 +16,7 @@ use sinew_effect::Catalogue;
 use sinew_model::Robot;
 use sinew_plant::Plant;
 
-use crate::before::checked;
-use crate::comparison::Prepared;
+use crate::analysis::analysed;
 use crate::explore::explore;
 use crate::problem::Problem;
 use crate::residual::{Layout, ResidualForm};
@@ -80,18 +79,15 @@ pub fn trial(
     runs: &[Run],
     options: &Options,
 ) -> Result<TrialReport, IdentifyError> {
-    let prepared = Prepared::new(robot, runs, options)?;
-    checked(robot, catalogue, runs, &prepared, options)?;
-    let form = prepared.form(robot);
-    let problem = Problem { robot, catalogue, form: &form, options };
-    let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);
-    let base = search.base(prepared.base_specs(robot, catalogue))?;
-    let explored = explore(&mut search, base, None)?;
-    let surrogates = surrogates(&search, &explored.state)?;
-    let false_acceptance = counted(&surrogates);
-    let sentence = sentence(&false_acceptance);
-    let effects = explored.state.accepted.iter().map(|a| a.trial.label()).collect();
-    Ok(TrialReport { effects, false_acceptance, surrogates, sentence })
+    analysed(robot, catalogue, runs, options, |search, prepared, _| {
+        let base = search.base(prepared.base_specs(robot, catalogue))?;
+        let explored = explore(search, base, None)?;
+        let surrogates = surrogates(search, &explored.state)?;
+        let false_acceptance = counted(&surrogates);
+        let sentence = sentence(&false_acceptance);
+        let effects = explored.state.accepted.iter().map(|a| a.trial.label()).collect();
+        Ok(TrialReport { effects, false_acceptance, surrogates, sentence })
+    })
 }
 
 pub(crate) fn counted(surrogates: &[SurrogateReport]) -> FalseAcceptance {
@@ -186,6 +182,9 @@ impl ResidualForm for Surrogate<'_> {
     fn position_noise(&self, plant: &Plant, p: &[f64], seeds: &[u64]) -> Vec<Vec<f64>> {
         self.form.position_noise(plant, p, seeds)
     }
+    fn is_white(&self) -> bool {
+        self.form.is_white()
+    }
 }
 
 // One sign a block, the same in all channels.
@@ -231,6 +230,7 @@ mod tests {
             fold: vec![0; 8],
             blocks: 4,
             folds: 1,
+            period: 1e-3,
         }
     }
 

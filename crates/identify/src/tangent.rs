@@ -280,15 +280,10 @@ impl<'a> Tangent<'a> {
 
     fn rows(self, count: usize) -> Vec<Vec<f64>> {
         let (record, step) = (self.walk.record, self.walk.record.scales.step());
-        let mut rows = Vec::with_capacity(count);
+        let mut rows: Vec<Vec<f64>> = Vec::with_capacity(count);
         for forced in self.parameters {
             let logged = forced.series.logged(&forced.pass.dynamics, step);
-            for direction in 0..DIRECTIONS.min(count - rows.len()) {
-                let along = |series: &Vec<Derivative>| -> Vec<f64> {
-                    record.rows(&series.iter().map(|x| x.derivative[direction]).collect::<Vec<_>>())
-                };
-                rows.push(logged.iter().flat_map(along).collect());
-            }
+            rows.extend(record.channel_rows_along(&logged, count - rows.len()));
         }
         rows
     }

@@ -3,7 +3,6 @@
 use crate::colour::rows_of;
 use crate::diagnosis::ChannelReport;
 use crate::least_squares::{Normal, cross, dot, matrix};
-use crate::problem::Problem;
 use crate::remainder::predictable;
 use crate::report::Verdict;
 use crate::search::{Search, State};
@@ -21,7 +20,7 @@ pub(crate) fn channels(search: &Search, state: &State) -> Vec<ChannelReport> {
     let residual = &state.fitted.at.residual;
     let scaled = search_scaled(search, state);
     let remainder = predictable(search.records, layout, &scaled, search.problem.options.seed + 17);
-    let unseen = unseen_residual(search.problem, state);
+    let unseen = unseen_errors(search, state);
     layout
         .channels
         .iter()
@@ -29,7 +28,7 @@ pub(crate) fn channels(search: &Search, state: &State) -> Vec<ChannelReport> {
         .map(|(c, channel)| ChannelReport {
             signal: channel.signal().to_owned(),
             joint: model.dof_name(channel.dof).to_owned(),
-            unseen_error: rms(rows_of(layout, c).map(|k| unseen[k])) / search.channel_std[c],
+            unseen_error: unseen[c],
             predictable_remainder: remainder[c],
             distance_to_floor: rms(rows_of(layout, c).map(|k| residual[k]))
                 / state.whitener.channels[c].floor,
@@ -62,14 +61,35 @@ fn search_scaled(search: &Search, state: &State) -> Vec<f64> {
     scaled
 }
 
-// Every fold's residual with the parameters fitted on the other folds, to first order.
-fn unseen_residual(problem: &Problem, state: &State) -> Vec<f64> {
-    let layout = problem.form.layout();
+// Error of every channel on folds left out, as a share of its standard deviation, in the rows in which errors are told:
+// every fold's residual with the parameters fitted on the other folds, to first order.
+fn unseen_errors(search: &Search, state: &State) -> Vec<f64> {
+    let yardstick = search.yardstick();
+    let layout = yardstick.problem.form.layout();
+    let own;
+    let told = if std::ptr::eq(yardstick, search) {
+        &state.fitted.at
+    } else {
+        own = state.fitted.model.linearise(yardstick.problem);
+        &own
+    };
+    let mut unseen = told.residual.clone();
+    for (fold, step) in steps_without(search, state).iter().enumerate() {
+        for k in (0..layout.len).filter(|&k| layout.fold[k] == fold) {
+            unseen[k] -= told.columns.iter().zip(step).map(|(c, d)| c[k] * d).sum::<f64>();
+        }
+    }
+    let of = |c: usize| rms(rows_of(layout, c).map(|k| unseen[k])) / yardstick.channel_std[c];
+    (0..layout.channels.len()).map(of).collect()
+}
+
+// By fold: the step of the unknowns when the fold is left out; empty where it cannot be taken.
+fn steps_without(search: &Search, state: &State) -> Vec<Vec<f64>> {
+    let layout = search.problem.form.layout();
     let (fitted, whitener) = (&state.fitted, &state.whitener);
     let white = whitener.apply_all(layout, &fitted.at.columns);
-    let mut unseen = fitted.at.residual.clone();
     if white.is_empty() {
-        return unseen;
+        return vec![Vec::new(); layout.folds];
     }
     let j = matrix(&white);
     let mut a = cross(&j, &j);
@@ -80,21 +100,17 @@ fn unseen_residual(problem: &Problem, state: &State) -> Vec<f64> {
             g[k] += u.weight() * (mean - fitted.model.p[u.position]);
         }
     }
-    for fold in 0..layout.folds {
+    let without = |fold: usize| {
         let rows: Vec<usize> = (0..layout.len).filter(|&k| layout.fold[k] == fold).collect();
         let part: Vec<Vec<f64>> = white.iter().map(|c| rows.iter().map(|&k| c[k]).collect()).collect();
         let part = matrix(&part);
         let r: Vec<f64> = rows.iter().map(|&k| fitted.white[k]).collect();
-        let without: Vec<f64> = (0..white.len())
+        let right: Vec<f64> = (0..white.len())
             .map(|i| g[i] - (0..rows.len()).map(|k| part[(k, i)] * r[k]).sum::<f64>())
             .collect();
-        let Some(normal) = Normal::new(&(&a - cross(&part, &part))) else { continue };
-        let step = normal.solve(&without);
-        for &k in &rows {
-            unseen[k] -= fitted.at.columns.iter().zip(&step).map(|(c, d)| c[k] * d).sum::<f64>();
-        }
-    }
-    unseen
+        Normal::new(&(&a - cross(&part, &part))).map_or(Vec::new(), |normal| normal.solve(&right))
+    };
+    (0..layout.folds).map(without).collect()
 }
 
 pub(crate) fn rms(values: impl Iterator<Item = f64>) -> f64 {

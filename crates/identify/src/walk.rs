@@ -110,20 +110,50 @@ impl<'a, S: Kind> Walk<'a, S> {
         self.dynamics.actuation(&self.x, &mut self.actuation);
     }
 
+    /// From grid step `k` to `k + 2` with the motors between them known; calls `between` at `k + 1`, where the links'
+    /// motion is the quintic of both ends, and ends at `k + 2`. No joint may be imposed.
+    pub fn two_steps(&mut self, k: usize, between: impl FnOnce(&mut Self)) {
+        let h = 2.0 * self.record.scales.step();
+        let first = self.out.qdd.clone();
+        self.leap(k, 2);
+        let Stages { q, qd, z, .. } = &self.stages;
+        let end = [self.x.q.clone(), self.x.qd.clone(), self.x.z.clone()];
+        for i in 0..q.len() {
+            // The quintic through positions, velocities and accelerations.
+            let (q0, q1, v0, v1) = (q[i], self.x.q[i], qd[i], self.x.qd[i]);
+            let (a0, a1) = (first[i], self.out.qdd[i]);
+            self.x.q[i] = (q0 + q1) * 0.5 + (v0 - v1) * (5.0 * h / 32.0) + (a0 + a1) * (h * h / 64.0);
+            self.x.qd[i] = (q1 - q0) * (1.875 / h) - (v0 + v1) * 0.4375 + (a1 - a0) * (h / 32.0);
+        }
+        for (s, z0) in z.iter().enumerate() {
+            self.x.z[s] = relaxed(*z0, mean(self.relax[0][s], self.relax[1][s]), 0.5 * h);
+        }
+        self.set_motor(k + 1);
+        self.dynamics.gear_torque(&self.x, &self.acceleration, &mut self.out);
+        self.dynamics.actuation(&self.x, &mut self.actuation);
+        between(self);
+        [self.x.q, self.x.qd, self.x.z] = end;
+    }
+
     /// From grid step `k` to `k + 1`: own states by their exact exponential, springs by Runge–Kutta.
     pub fn step(&mut self, k: usize) {
-        let h = self.record.scales.step();
+        self.leap(k, 1);
+    }
+
+    // Over `steps` grid steps, one or two.
+    fn leap(&mut self, k: usize, steps: usize) {
+        let h = self.record.scales.step() * steps as f64;
         let states = !self.x.z.is_empty();
         if states {
             self.dynamics.relaxations(&self.x, &mut self.relax[0]);
         }
         self.stages.z.copy_from_slice(&self.x.z);
         if !self.free.is_empty() {
-            self.runge_kutta(k, h);
+            self.runge_kutta(k, steps, h);
         }
         if states {
             // Rates of both ends, at the motion of the next step.
-            self.set_motor(k + 1);
+            self.set_motor(k + steps);
             self.dynamics.relaxations(&self.x, &mut self.relax[1]);
             for s in 0..self.x.z.len() {
                 self.x.z[s] = relaxed(self.stages.z[s], mean(self.relax[0][s], self.relax[1][s]), h);
@@ -131,12 +161,16 @@ impl<'a, S: Kind> Walk<'a, S> {
         }
     }
 
-    fn runge_kutta(&mut self, k: usize, h: f64) {
+    fn runge_kutta(&mut self, k: usize, steps: usize, h: f64) {
         self.stages.q.copy_from_slice(&self.x.q);
         self.stages.qd.copy_from_slice(&self.x.qd);
         for (stage, share) in [0.0, 0.5, 0.5, 1.0].into_iter().enumerate() {
             if stage > 0 {
-                self.motor_between(k, share, h);
+                match (steps, share) {
+                    (1, _) => self.motor_between(k, share, h),
+                    (_, 1.0) => self.set_motor(k + 2),
+                    _ => self.set_motor(k + 1),
+                }
                 let Stages { q, qd, z, slope, .. } = &self.stages;
                 for &i in &self.free {
                     self.x.q[i] = q[i] + slope[0][i] * (share * h);
@@ -148,7 +182,7 @@ impl<'a, S: Kind> Walk<'a, S> {
                 let motor = MotorMotion { acceleration: &self.acceleration, imposed: self.imposed };
                 self.dynamics.imposed_motion(&self.x, motor, &mut self.out);
             }
-            self.lead(k, share);
+            self.lead(k, share * steps as f64);
             let weight = [1.0, 2.0, 2.0, 1.0][stage];
             let Stages { slope, sum, .. } = &mut self.stages;
             for &i in &self.free {

@@ -1,7 +1,9 @@
 //! The position scan: which periods a turn the residual of a joint follows.
 
+use std::sync::Arc;
+
 use crate::least_squares::dot;
-use crate::record::{Record, Sensors};
+use crate::record::{Record, Reduction, Sensors};
 
 // Periods a turn that the scan tries.
 const MOST_PERIODS: usize = 140;
@@ -11,43 +13,62 @@ const FEWEST_PERIODS: f64 = 2.5;
 const PEAKS: usize = 3;
 const MOST: usize = 6;
 
-/// φ∗sin nθ and φ∗cos nθ of one joint over all runs, for every n of the scan.
+/// Rows of sin nθ and cos nθ of one joint over all runs, for every n of the scan.
 #[derive(Debug, Clone)]
 pub(crate) struct Waves {
     pub dof: usize,
     first: usize,
-    pairs: Vec<[Vec<f64>; 2]>,
+    // For each channel of the joint: its number, its waves.
+    channels: Vec<(usize, Arc<Pairs>)>,
 }
+
+type Pairs = Vec<[Vec<f64>; 2]>;
 
 impl Waves {
     /// The waves of every joint that moves far enough.
     pub fn of(records: &[Record], sensors: &Sensors) -> Vec<Self> {
         let imposed = (0..sensors.imposed.len()).filter(|&dof| sensors.imposed[dof].is_some());
-        imposed.filter_map(|dof| Self::of_joint(records, dof)).collect()
+        imposed.filter_map(|dof| Self::of_joint(records, sensors, dof)).collect()
     }
 
-    fn of_joint(records: &[Record], dof: usize) -> Option<Self> {
+    fn of_joint(records: &[Record], sensors: &Sensors, dof: usize) -> Option<Self> {
         let all = || records.iter().flat_map(|r| r.theta[dof].iter().copied());
         let range = all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min);
         if range <= 0.0 {
             return None;
         }
         let first = ((FEWEST_PERIODS * std::f64::consts::TAU / range).ceil() as usize).max(4);
-        let wave = |n: usize, f: fn(f64) -> f64| -> Vec<f64> {
-            let of = |r: &Record| r.rows(&r.theta[dof].iter().map(|t| f(n as f64 * t)).collect::<Vec<_>>());
-            records.iter().flat_map(of).collect()
+        // By run: sin nθ and cos nθ for every n, one after the other.
+        let series = |r: &Record| -> Vec<Vec<f64>> {
+            let functions: [fn(f64) -> f64; 2] = [f64::sin, f64::cos];
+            let wave = |n: usize, f: fn(f64) -> f64| r.theta[dof].iter().map(|t| f(n as f64 * t)).collect();
+            (first..=MOST_PERIODS).flat_map(|n| functions.map(|f| wave(n, f))).collect()
         };
-        let pairs = (first..=MOST_PERIODS).map(|n| [wave(n, f64::sin), wave(n, f64::cos)]).collect();
-        Some(Self { dof, first, pairs })
+        let pairs = |channel: usize| -> Arc<Pairs> {
+            let mut pairs: Pairs = vec![Default::default(); MOST_PERIODS + 1 - first];
+            for record in records {
+                let rows = record.generic_rows(channel, &series(record));
+                for (k, rows) in rows.into_iter().enumerate() {
+                    pairs[k / 2][k % 2].extend(rows);
+                }
+            }
+            Arc::new(pairs)
+        };
+        let own = (0..sensors.channels.len()).filter(|&c| sensors.channels[c].dof == dof);
+        let differ = records.iter().any(|r| matches!(r.reduction, Reduction::Innovations(_)));
+        let mut channels: Vec<(usize, Arc<Pairs>)> = Vec::new();
+        for channel in own {
+            let shared = channels.first().filter(|_| !differ).map(|(_, pairs)| Arc::clone(pairs));
+            channels.push((channel, shared.unwrap_or_else(|| pairs(channel))));
+        }
+        Some(Self { dof, first, channels })
     }
 
     /// The best few periods a turn by least squares on the joint's channels; `scaled` holds the rows of each channel.
-    pub fn harmonics(&self, sensors: &Sensors, scaled: &[Vec<f64>]) -> impl Iterator<Item = f64> {
-        let channels = (0..sensors.channels.len()).filter(|&c| sensors.channels[c].dof == self.dof);
+    pub fn harmonics(&self, scaled: &[Vec<f64>]) -> impl Iterator<Item = f64> {
         let mut best: Vec<usize> = Vec::new();
-        for channel in channels {
-            let spectrum: Vec<f64> =
-                self.pairs.iter().map(|pair| explained(pair, &scaled[channel])).collect();
+        for (channel, pairs) in &self.channels {
+            let spectrum: Vec<f64> = pairs.iter().map(|pair| explained(pair, &scaled[*channel])).collect();
             let peak = |k: usize| {
                 (k == 0 || spectrum[k] >= spectrum[k - 1])
                     && (k + 1 == spectrum.len() || spectrum[k] > spectrum[k + 1])

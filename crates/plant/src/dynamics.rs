@@ -140,6 +140,10 @@ impl<'a, S: Kind> Dynamics<'a, S> {
     pub fn gears(&self) -> &[Deflection<S>] {
         &self.gears
     }
+    /// Forces of the effects on the links, N·m, at the state last evaluated.
+    pub fn link_force(&self) -> &[S] {
+        &self.link_force
+    }
     /// The plant.
     pub fn plant(&self) -> &'a Plant {
         self.plant

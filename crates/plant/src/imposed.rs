@@ -62,6 +62,15 @@ impl<S: Kind> Dynamics<'_, S> {
         out.tau_j.copy_from_slice(&self.tau_j);
     }
 
+    /// Torques of gears and motors of a plant of which no joint is imposed: they follow from positions and velocities on
+    /// both sides of the gears, without the links' accelerations, which stay as they are in `out`.
+    pub fn gear_torque(&mut self, x: &LinkState<S>, acceleration: &[S], out: &mut ImposedOut<S>) {
+        self.springs(x, |_| true);
+        self.link_forces(x);
+        out.tau_j.copy_from_slice(&self.tau_j);
+        self.motor_torque(x, acceleration, out);
+    }
+
     /// As [`Dynamics::imposed_motion`], and the torque that must act on the motors.
     ///
     /// ```text
@@ -69,10 +78,14 @@ impl<S: Kind> Dynamics<'_, S> {
     /// ```
     pub fn imposed_torque(&mut self, x: &LinkState<S>, motor: MotorMotion<S>, out: &mut ImposedOut<S>) {
         self.imposed_motion(x, motor, out);
+        self.motor_torque(x, motor.acceleration, out);
+    }
+
+    fn motor_torque(&mut self, x: &LinkState<S>, acceleration: &[S], out: &mut ImposedOut<S>) {
         self.motor_forces(x);
         for i in 0..self.plant.model.nv {
             out.tau_m[i] =
-                self.coefficients.rotor[i] * motor.acceleration[i] + self.reaction(i) - self.motor_force[i];
+                self.coefficients.rotor[i] * acceleration[i] + self.reaction(i) - self.motor_force[i];
         }
     }
 }

@@ -68,6 +68,7 @@ fn diagnosis() -> Diagnosis {
         share: 0.7,
     };
     Diagnosis {
+        limits: Vec::new(),
         verdict: Verdict::Missing,
         scope: "two joints, 12 s, speeds to 1.8 rad/s.".into(),
         channels: vec![],

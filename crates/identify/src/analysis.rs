@@ -1,0 +1,112 @@
+//! What every search begins with: runs made ready, checked, and the residual that suits them.
+
+use sinew_data::Run;
+use sinew_effect::{Catalogue, Sensor};
+use sinew_model::Robot;
+use sinew_plant::Plant;
+
+use crate::before::checked;
+use crate::comparison::Prepared;
+use crate::innovation::Innovation;
+use crate::options::Residual;
+use crate::problem::Problem;
+use crate::record::Channel;
+use crate::report::Finding;
+use crate::residual::ResidualForm;
+use crate::scale::Scales;
+use crate::search::Search;
+use crate::{IdentifyError, Options};
+
+/// Does `work` with a search of the runs, and with what the data checks suspect.
+///
+/// # Errors
+/// If the robot is no plant, a run lacks the signals or fails a check, or the work fails.
+pub(crate) fn analysed<T>(
+    robot: &Robot,
+    catalogue: &Catalogue,
+    runs: &[Run],
+    options: &Options,
+    work: impl FnOnce(&mut Search, &Prepared, Vec<Finding>) -> Result<T, IdentifyError>,
+) -> Result<T, IdentifyError> {
+    let prepared = Prepared::new(robot, runs, options)?;
+    let suspicions = checked(robot, catalogue, runs, &prepared, options)?;
+    let imposed = prepared.form(robot);
+    let problem = Problem { robot, catalogue, form: &imposed, options };
+    let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);
+    let Some(innovation) = chosen(robot, catalogue, runs, &prepared, options)? else {
+        return work(&mut search, &prepared, suspicions);
+    };
+    let reference = innovation.present();
+    let own = Problem { form: &innovation, ..problem };
+    let mut about = Search::new(&own, reference.records(), &prepared.sensors).told_by(Some(&search));
+    work(&mut about, &prepared, suspicions)
+}
+
+// Sample rate, Hz, from which the torque noise of single samples tells on the encoders.
+const FAST: f64 = 500.0;
+// Joints up to which coarse encoders do, and half width of the smoothing, s, that tells a coarse encoder.
+const FEW_JOINTS: usize = 3;
+const COARSE: f64 = 0.013;
+
+// The innovation residual about the model as it stands, where it is asked for or suits the runs.
+fn chosen(
+    robot: &Robot,
+    catalogue: &Catalogue,
+    runs: &[Run],
+    prepared: &Prepared,
+    options: &Options,
+) -> Result<Option<Innovation>, IdentifyError> {
+    let scales = Scales::of(runs, options);
+    let wanted = match options.residual {
+        Some(residual) => residual == Residual::Innovation,
+        None => unsuited(prepared, &scales).is_none(),
+    };
+    let sensors = &prepared.sensors;
+    let form = wanted.then(|| Innovation::new(robot, runs, sensors, scales)).flatten();
+    if form.is_none() && options.residual == Some(Residual::Innovation) {
+        return Err(IdentifyError::Question {
+            what: "the innovation residual needs the motor torque of every joint that moves".to_owned(),
+            help: "leave --residual out, or say --residual imposed".to_owned(),
+        });
+    }
+    if let Some(form) = &form {
+        let plant = Plant::with_effects(robot, &prepared.base_specs(robot, catalogue), catalogue)?;
+        form.renew(&plant, &plant.parameters());
+    }
+    Ok(form)
+}
+
+// Why the innovation residual does not suit the runs; none if it does.
+fn unsuited(prepared: &Prepared, scales: &Scales) -> Option<&'static str> {
+    let sensors = &prepared.sensors;
+    let moving = (0..sensors.imposed.len()).filter(|&dof| sensors.imposed[dof].is_some());
+    let torque = |dof| sensors.channels.contains(&Channel { sensor: Sensor::MotorTorque, dof });
+    let joints = moving.clone().count();
+    if 1.0 / scales.period < 0.99 * FAST {
+        Some("the log is too slow for torque noise to show in it sample by sample")
+    } else if sensors.channels.iter().any(|c| c.sensor == Sensor::JointTorque) {
+        Some("the log has torques of joints")
+    } else if !moving.clone().all(torque) {
+        Some("not every joint that moves has a motor torque")
+    } else if joints > FEW_JOINTS && scales.smooth as f64 * scales.period > COARSE {
+        Some("the encoders are coarse for so many joints")
+    } else {
+        None
+    }
+}
+
+/// Which residual a search looks at, and why.
+pub(crate) fn residual_told(search: &Search, prepared: &Prepared, runs: &[Run]) -> String {
+    let options = search.problem.options;
+    let name = if search.problem.form.is_white() { "innovation" } else { "imposed" };
+    let why = match options.residual {
+        Some(_) => "as asked",
+        None => unsuited(prepared, &Scales::of(runs, options))
+            .unwrap_or("motor torque and encoders at 500 Hz or more: their noise is treated together"),
+    };
+    let noise = search.problem.form.reference().map_or(String::new(), |reference| {
+        let each: Vec<String> = reference.torque_noise.iter().map(|n| format!("{n:.2}")).collect();
+        format!(", torque noise {} N·m a sample", each.join(", "))
+    });
+    format!("residual: {name} ({why}){noise}")
+}

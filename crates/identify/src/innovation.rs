@@ -1,0 +1,384 @@
+//! The innovation residual: what the encoders show beyond a filter that knows the model and the noise.
+//!
+//! A smoother of the model, driven by the measured torque, gives a reference motion. What the model predicts along it
+//! and what was measured differ by little; a Kalman filter of the deviation, with its gains frozen, turns the
+//! difference into innovations. They are white where the model is right, torque noise enters no derivative, and an
+//! error of the reference enters to second order only.
+
+mod filter;
+mod kalman;
+mod linearise;
+mod motion;
+mod rows;
+mod system;
+
+use std::ops::Range;
+use std::sync::{Arc, PoisonError, RwLock};
+
+use rayon::prelude::*;
+
+use sinew_data::Run;
+use sinew_effect::Sensor;
+use sinew_model::Robot;
+use sinew_plant::Plant;
+
+use crate::record::{Channel, Record, Reduction, Sensors};
+use crate::residual::{Layout, ResidualForm, Rows, TRANSIENT};
+use crate::scale::Scales;
+use filter::Filters;
+use kalman::{GROUP, Kalman};
+use linearise::{Along, INERTIA_EVERY, along};
+use motion::{Even, Motion};
+pub(crate) use rows::Innovations;
+use rows::{JointChannels, deviation_inputs};
+use system::{Encoders, MOST_JOINTS, System};
+
+/// What the rows of an innovation residual are formed about: reference motions with their frozen filters.
+pub(crate) struct Reference {
+    records: Vec<Record>,
+    // On the grid on which derivatives are taken.
+    smooth: Vec<Record>,
+    measured: Vec<f64>,
+    /// Standard deviation of the torque noise of every joint that moves, N·m.
+    pub torque_noise: Vec<f64>,
+}
+
+/// The innovation residual of some runs.
+pub(crate) struct Innovation {
+    channels: Vec<Channel>,
+    joints: Vec<JointChannels>,
+    runs: Vec<Even>,
+    layout: Layout,
+    // The kernel's motion of every run.
+    smooth: Vec<Motion>,
+    reference: RwLock<Arc<Reference>>,
+}
+
+// Most rounds of noise and smoothing, and the change of ln noise below which they end.
+const ROUNDS: usize = 5;
+const SETTLED_NOISE: f64 = 0.15;
+
+impl Innovation {
+    /// The form for runs whose every moving joint has a motor torque, about a kernel's motion to begin with; none if
+    /// some joint lacks it.
+    pub fn new(robot: &Robot, runs: &[Run], sensors: &Sensors, scales: Scales) -> Option<Self> {
+        let channels = sensors.channels.clone();
+        let find = |sensor, dof| channels.iter().position(|c| *c == Channel { sensor, dof });
+        let moving = (0..sensors.imposed.len()).filter(|&dof| sensors.imposed[dof].is_some());
+        let joints: Vec<JointChannels> = moving
+            .map(|dof| {
+                let torque = find(Sensor::MotorTorque, dof)?;
+                Some(JointChannels { dof, torque, position: find(Sensor::JointPosition, dof) })
+            })
+            .collect::<Option<_>>()?;
+        if joints.len() > MOST_JOINTS || channels.iter().any(|c| c.sensor == Sensor::JointTorque) {
+            return None;
+        }
+        let (runs, motions): (Vec<Even>, Vec<Motion>) =
+            runs.iter().map(|run| Even::new(robot, run, sensors, scales)).unzip();
+        let records: Vec<Record> =
+            runs.iter().zip(&motions).map(|(run, motion)| run.record(motion, None)).collect();
+        let layout = Layout::of(&records, &channels, TRANSIENT);
+        let reference =
+            Reference { records, smooth: Vec::new(), measured: Vec::new(), torque_noise: Vec::new() };
+        let reference = RwLock::new(Arc::new(reference));
+        Some(Self { channels, joints, runs, layout, smooth: motions, reference })
+    }
+
+    /// The present reference.
+    pub fn present(&self) -> Arc<Reference> {
+        Arc::clone(&self.reference.read().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    // Joints whose covariance is carried along together.
+    fn groups(&self) -> Vec<Range<usize>> {
+        let n = self.joints.len();
+        (0..n).step_by(GROUP).map(|first| first..(first + GROUP).min(n)).collect()
+    }
+
+    // The equations of the moving joints along a run.
+    fn system(&self, run: &Even, along: &Along) -> System {
+        let square = |x: f64| (x * x).max(1e-24);
+        let joint = |j: &JointChannels| system::Joint {
+            encoders: Encoders {
+                motor: square(run.theta_noise[j.dof]),
+                link: j.position.map(|c| square(run.noise[c])),
+                shown: if along.imposed[j.dof] { 0 } else { 2 },
+            },
+            steps: along.linear[j.dof].iter().map(|linear| linear.over(run.scales.period)).collect(),
+            push: along.linear[j.dof].iter().map(|linear| linear.push).collect(),
+        };
+        System {
+            joints: self.joints.iter().map(joint).collect(),
+            period: run.scales.period,
+            mobility: along.mobility.iter().map(|m| self.of_joints(m)).collect(),
+            mobility_every: INERTIA_EVERY,
+        }
+    }
+
+    // The rows and columns of the joints that move in a matrix of all degrees of freedom, by rows.
+    fn of_joints(&self, matrix: &[f64]) -> Vec<f64> {
+        let nv = matrix.len().isqrt();
+        let joints = || self.joints.iter().map(|j| j.dof);
+        joints().flat_map(|i| joints().map(move |j| matrix[i * nv + j])).collect()
+    }
+
+    // A motion that is too rough turns friction about at the wrong time, one that is too smooth turns it late: from the
+    // kernel's motion, model and noise are led to agree with each other.
+    fn renewed(&self, plant: &Plant, p: &[f64]) -> Reference {
+        let mut motions = self.smooth.clone();
+        let mut noise: Option<Vec<f64>> = None;
+        for _ in 0..ROUNDS {
+            let pass = Pass::new(self, &motions, plant, p);
+            let found = pass.torque_noise();
+            motions = pass.smoothed(&found);
+            let alike = |(a, b): (&f64, &f64)| (a / b).ln().abs() < SETTLED_NOISE;
+            let settled = noise.as_ref().is_some_and(|n| n.iter().zip(&found).all(alike));
+            noise = Some(found);
+            if settled {
+                break;
+            }
+        }
+        let noise = noise.unwrap_or_default();
+        let pass = Pass::new(self, &motions, plant, p);
+        let (records, smooth, measured) = pass.frozen(&noise);
+        Reference { records, smooth, measured, torque_noise: noise }
+    }
+}
+
+impl Reference {
+    /// The reference motion of every run, with what makes rows of it.
+    pub fn records(&self) -> &[Record] {
+        &self.records
+    }
+}
+
+// One pass of the model along the present motions of all runs.
+struct Pass<'a> {
+    form: &'a Innovation,
+    motions: &'a [Motion],
+    records: Vec<Record>,
+    // Channels predicted at the middles of the holds, by run.
+    predicted: Vec<Vec<Vec<f64>>>,
+    // The equations of the joints about the motions, by run.
+    systems: Vec<System>,
+}
+
+impl<'a> Pass<'a> {
+    fn new(form: &'a Innovation, motions: &'a [Motion], plant: &Plant, p: &[f64]) -> Self {
+        let parts: Vec<(Record, Vec<Vec<f64>>, System)> = form
+            .runs
+            .par_iter()
+            .zip(motions)
+            .map(|(run, motion)| {
+                let record = run.record(motion, None);
+                let along = along(plant, p, &record, &form.channels);
+                let system = form.system(run, &along);
+                (record, along.predicted, system)
+            })
+            .collect();
+        let mut pass =
+            Self { form, motions, records: Vec::new(), predicted: Vec::new(), systems: Vec::new() };
+        for (record, predicted, system) in parts {
+            pass.records.push(record);
+            pass.predicted.push(predicted);
+            pass.systems.push(system);
+        }
+        pass
+    }
+
+    // Measured minus predicted of one joint at a sample.
+    fn input(&self, run: usize, joint: usize, k: usize) -> [f64; 3] {
+        let (even, record, joint) = (&self.form.runs[run], &self.records[run], self.form.joints[joint]);
+        let measured = deviation_inputs(even, &self.motions[run], &record.theta, joint, k);
+        let predicted = &self.predicted[run];
+        let link = |c: usize| motion::at_sample(predicted[c].len(), k, |hold| [predicted[c][hold]])[0];
+        let [torque, motor, position] = measured;
+        [torque - predicted[joint.torque][k], motor, position - joint.position.map_or(0.0, link)]
+    }
+
+    /// Torque noise of every joint by maximum likelihood on samples that move, one after the other: each is searched
+    /// from above with the others as they are.
+    fn torque_noise(&self) -> Vec<f64> {
+        let groups = self.form.groups();
+        let found: Vec<Vec<f64>> = groups.into_par_iter().map(|group| self.noise_of(group)).collect();
+        found.concat()
+    }
+
+    fn noise_of(&self, group: Range<usize>) -> Vec<f64> {
+        let joints = self.form.joints.len();
+        let used = LIKELIHOOD_SAMPLES / self.records.len();
+        let runs = || 0..self.records.len();
+        let mut noise = vec![0.0; joints];
+        for joint in group.clone() {
+            let (mut sum, mut count) = (0.0, 0.0f64);
+            for run in runs() {
+                for k in 0..used.min(self.records[run].len()) {
+                    sum += self.input(run, joint, k)[0].powi(2);
+                    count += 1.0;
+                }
+            }
+            noise[joint] = (sum / count.max(1.0)).sqrt().max(1e-9);
+        }
+        let fastest = |run: usize, joint: usize| {
+            let speed = &self.records[run].thetad[self.form.joints[joint].dof];
+            MOVING * speed.iter().fold(0.0f64, |m, v| m.max(v.abs()))
+        };
+        let moving: Vec<Vec<f64>> =
+            runs().map(|run| (0..joints).map(|joint| fastest(run, joint)).collect()).collect();
+        let misfit = |noise: &[f64]| -> f64 {
+            runs()
+                .map(|run| {
+                    let record = &self.records[run];
+                    let settled = (SETTLED / record.scales.step()) as usize;
+                    let counts = |joint: usize, k: usize| {
+                        let speed = record.thetad[self.form.joints[joint].dof][k];
+                        k >= settled && speed.abs() > moving[run][joint]
+                    };
+                    let kalman = Kalman { system: &self.systems[run], group: group.clone(), noise };
+                    kalman.misfit(used, |joint, k| self.input(run, joint, k), counts)
+                })
+                .sum()
+        };
+        // All of them together, then each by itself.
+        let together = |x: f64| -> Vec<f64> { noise.iter().map(|n| x * n).collect() };
+        let mut noise = together(lowest(HIGHEST, |x| misfit(&together(x))));
+        for _ in 0..if group.len() > 1 { SWEEPS } else { 0 } {
+            for joint in group.clone() {
+                let mut tried = noise.clone();
+                noise[joint] = lowest(AGAIN * noise[joint], |x| {
+                    tried[joint] = x;
+                    misfit(&tried)
+                });
+            }
+        }
+        noise[group].to_vec()
+    }
+
+    // The motions with the smoothed deviation added.
+    fn smoothed(&self, noise: &[f64]) -> Vec<Motion> {
+        let groups = self.form.groups();
+        let runs = 0..self.records.len();
+        runs.into_par_iter()
+            .map(|run| {
+                let mut motion = self.motions[run].clone();
+                for group in &groups {
+                    let kalman = Kalman { system: &self.systems[run], group: group.clone(), noise };
+                    let deviations = kalman.smoothed(|joint, k| self.input(run, joint, k));
+                    for (joint, deviation) in self.form.joints[group.clone()].iter().zip(deviations) {
+                        // The sample after the last hold goes with it.
+                        let last = deviation.last().copied();
+                        let (theta, thetad) = (&mut motion.theta[joint.dof], &mut motion.thetad[joint.dof]);
+                        for (k, x) in deviation.iter().copied().chain(last).enumerate() {
+                            theta[k] += x[0];
+                            thetad[k] += x[1];
+                        }
+                    }
+                }
+                motion
+            })
+            .collect()
+    }
+
+    // Records whose rows come from filters with frozen gains, and the rows of what was measured.
+    fn frozen(self, noise: &[f64]) -> (Vec<Record>, Vec<Record>, Vec<f64>) {
+        let groups = self.form.groups();
+        let Self { form, motions, records, systems, .. } = self;
+        let parts: Vec<((Record, Record), Vec<f64>)> = (records, systems, &form.runs, motions)
+            .into_par_iter()
+            .map(|(mut record, system, even, motion)| {
+                let gains = |group: &Range<usize>| {
+                    let kalman = Kalman { system: &system, group: group.clone(), noise };
+                    (group.clone(), kalman.gains())
+                };
+                let groups = groups.iter().map(gains).collect();
+                let filters = Filters { system, groups, every: even.scales.every };
+                let channels = form.channels.len();
+                let filters = Innovations { filters, joints: form.joints.clone(), channels };
+                let measured = filters.measured(even, motion, &record.theta);
+                let filters = Arc::new(filters);
+                let smooth = even.thinned(motion, &filters);
+                record.reduction = Reduction::Innovations(filters);
+                ((record, smooth), measured)
+            })
+            .collect();
+        let (records, measured): (Vec<(Record, Record)>, Vec<Vec<f64>>) = parts.into_iter().unzip();
+        let (records, smooth) = records.into_iter().unzip();
+        (records, smooth, measured.concat())
+    }
+}
+
+// Samples of all runs that the likelihood of a noise looks at.
+const LIKELIHOOD_SAMPLES: usize = 6000;
+// A sample moves at this share of the top speed; the first seconds are left out.
+const MOVING: f64 = 0.02;
+const SETTLED: f64 = 0.5;
+// Where the search begins, in units of what the model leaves; its grid; its end as a share of its start; times that the
+// joints of one group are searched one by one, and where such a search begins.
+const HIGHEST: f64 = 4.0;
+const RATIO: f64 = 1.5;
+const LOWEST: f64 = 1e-4;
+const SWEEPS: usize = 2;
+const AGAIN: f64 = 2.0;
+
+// The first minimum from `top` downwards, by a parabola in ln x.
+fn lowest(top: f64, mut misfit: impl FnMut(f64) -> f64) -> f64 {
+    let (mut x, mut values) = (top, vec![misfit(top)]);
+    while x > LOWEST * top {
+        x /= RATIO;
+        values.push(misfit(x));
+        let n = values.len();
+        if n >= 3 && values[n - 1] > values[n - 2] {
+            let (a, b, c) = (values[n - 3], values[n - 2], values[n - 1]);
+            let bend = a - 2.0 * b + c;
+            let shift = if bend > 0.0 { (0.5 * (a - c) / bend).clamp(-1.0, 1.0) } else { 0.0 };
+            return x * RATIO * RATIO.powf(-shift);
+        }
+    }
+    x
+}
+
+impl ResidualForm for Innovation {
+    fn layout(&self) -> &Layout {
+        &self.layout
+    }
+    fn residual(&self, plant: &Plant, p: &[f64]) -> Vec<f64> {
+        let now = self.present();
+        self.rows(&now).residual(plant, p)
+    }
+    fn residuals(&self, plant: &Plant, sets: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let now = self.present();
+        self.rows(&now).residuals(plant, sets)
+    }
+    fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize]) -> Vec<Vec<f64>> {
+        let now = self.present();
+        self.rows(&now).columns(plant, p, positions)
+    }
+    fn position_noise(&self, _plant: &Plant, _p: &[f64], _seeds: &[u64]) -> Vec<Vec<f64>> {
+        Vec::new()
+    }
+    fn is_white(&self) -> bool {
+        true
+    }
+    fn renew(&self, plant: &Plant, p: &[f64]) {
+        let renewed = Arc::new(self.renewed(plant, p));
+        self.adopt(&renewed);
+    }
+    fn reference(&self) -> Option<Arc<Reference>> {
+        Some(self.present())
+    }
+    fn adopt(&self, reference: &Arc<Reference>) {
+        *self.reference.write().unwrap_or_else(PoisonError::into_inner) = Arc::clone(reference);
+    }
+}
+
+impl Innovation {
+    fn rows<'r>(&'r self, reference: &'r Reference) -> Rows<'r> {
+        Rows {
+            records: &reference.records,
+            smooth: &reference.smooth,
+            channels: &self.channels,
+            measured: &reference.measured,
+        }
+    }
+}

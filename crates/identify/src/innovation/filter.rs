@@ -1,0 +1,220 @@
+//! The deviation filter: a Kalman filter about a reference motion, its gains frozen.
+//!
+//! ```text
+//! e_k = y_k − C x̃_k,   x̃_{k+1} = Φ_k (x̃_k + K_k e_k) + g_k δτ_k,   z_k = L_k⁻¹ e_k,   S_k = L_k L_kᵀ
+//! ```
+//!
+//! y: what the encoders show beyond the reference. The filter is linear in y and δτ, so it can be run on measured and
+//! predicted signals one by one.
+
+use std::ops::Range;
+
+use super::kalman::Gain;
+use super::system::{Deviations, Joint, Side, System};
+
+/// The frozen filters of all joints of a run.
+#[derive(Debug, Clone)]
+pub(super) struct Filters {
+    pub system: System,
+    /// Groups of joints, each with the gains of its encoders, sample by sample.
+    pub groups: Vec<(Range<usize>, Vec<Gain>)>,
+    /// Samples of a row.
+    pub every: usize,
+}
+
+impl Filters {
+    /// Sums of `every` whitened innovations, each by √every, of motor and link of every joint, for W sets of inputs at
+    /// once. `input(joint, k)`: torque of the hold after sample k, motor and link position at it.
+    pub fn rows<const W: usize>(
+        &self,
+        side: Side,
+        input: impl Fn(usize, usize) -> [[f64; W]; 3],
+    ) -> Vec<[Vec<[f64; W]>; 2]> {
+        let n = self.system.joints.len();
+        let count = self.system.len() / self.every;
+        let mut out = vec![[Vec::with_capacity(count), Vec::with_capacity(count)]; n];
+        let mut sums = vec![[[0.0; W]; 2]; n];
+        let mut x = vec![[[0.0; W]; 4]; n];
+        let mut torques = vec![[0.0; W]; n];
+        let mut read = vec![[[0.0; W]; 2]; n];
+        let share = 1.0 / (self.every as f64).sqrt();
+        for k in 0..count * self.every {
+            for i in 0..n {
+                let [torque, motor, link] = input(i, k);
+                (torques[i], read[i]) = (torque, [motor, link]);
+            }
+            for (group, gains) in &self.groups {
+                self.correct(group.clone(), gains, k, &read, &mut x, &mut sums);
+            }
+            self.system.advance(0..n, k, side, &torques, &mut x);
+            if (k + 1) % self.every == 0 {
+                for (out, sums) in out.iter_mut().zip(&mut sums) {
+                    for (out, sum) in out.iter_mut().zip(sums) {
+                        out.push(sum.map(|s| s * share));
+                        *sum = [0.0; W];
+                    }
+                }
+            }
+        }
+        out
+    }
+
+    /// Rows of one joint that W torques give it, the other joints left out: good enough for what is not physics.
+    pub fn rows_alone<const W: usize>(
+        &self,
+        joint: usize,
+        side: Side,
+        torque: impl Fn(usize) -> [f64; W],
+    ) -> [Vec<[f64; W]>; 2] {
+        let count = self.system.len() / self.every;
+        let mut out = [Vec::with_capacity(count), Vec::with_capacity(count)];
+        let Some((group, gains)) = self.groups.iter().find(|(group, _)| group.contains(&joint)) else {
+            return out;
+        };
+        let sensors = |joints: &[Joint]| joints.iter().map(|j| j.sensors().count()).sum::<usize>();
+        let joints = &self.system.joints;
+        let (all, before) = (sensors(&joints[group.clone()]), sensors(&joints[group.start..joint]));
+        let (own, first) = (&joints[joint], 4 * (joint - group.start));
+        let mut x = [[0.0; W]; 4];
+        let mut sums = [[0.0; W]; 2];
+        let share = 1.0 / (self.every as f64).sqrt();
+        for k in 0..count * self.every {
+            for (which, (state, _)) in own.sensors().enumerate() {
+                let gain = &gains[k * all + before + which];
+                let e: [f64; W] = x[state].map(|x| -x);
+                for w in 0..W {
+                    sums[which][w] += gain.white * e[w];
+                }
+                for (x, gain) in x.iter_mut().zip(&gain.column[first..first + 4]) {
+                    for w in 0..W {
+                        x[w] += gain * e[w];
+                    }
+                }
+            }
+            x = own.advanced(k, side, &x, &torque(k));
+            if (k + 1) % self.every == 0 {
+                for (out, sum) in out.iter_mut().zip(&mut sums) {
+                    out.push(sum.map(|s| s * share));
+                    *sum = [0.0; W];
+                }
+            }
+        }
+        out
+    }
+
+    // e = y − c x̃,  x̃ ← x̃ + K e,  encoder by encoder;  adds e/√S to the sums.
+    #[inline(always)]
+    fn correct<const W: usize>(
+        &self,
+        group: Range<usize>,
+        gains: &[Gain],
+        k: usize,
+        read: &[[[f64; W]; 2]],
+        x: &mut Deviations<W>,
+        sums: &mut [[[f64; W]; 2]],
+    ) {
+        let joints = &self.system.joints[group.clone()];
+        let sensors: usize = joints.iter().map(|j| j.sensors().count()).sum();
+        let mut gains = gains[k * sensors..(k + 1) * sensors].iter();
+        let x = &mut x[group.clone()];
+        for (i, joint) in joints.iter().enumerate() {
+            for (which, (state, _)) in joint.sensors().enumerate() {
+                let Some(gain) = gains.next() else { return };
+                let mut e = read[group.start + i][which];
+                for w in 0..W {
+                    e[w] -= x[i][state][w];
+                    sums[group.start + i][which][w] += gain.white * e[w];
+                }
+                for (x, gain) in x.iter_mut().flatten().zip(&gain.column) {
+                    for w in 0..W {
+                        x[w] += gain * e[w];
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::kalman::Kalman;
+    use super::super::system::{Encoders, Linear};
+    use super::*;
+
+    // A rigid joint of inertia 2 whose velocity decays with 0.5 1/s.
+    fn system(samples: usize) -> System {
+        let mut linear =
+            Linear { motor: [0.0, 0.5, 0.0, 0.0], link: [0.0, 0.5, 0.0, 0.0], ..Linear::default() };
+        linear.a[0][1] = 1.0;
+        linear.a[1][1] = -0.5;
+        linear.push = [0.0, -1.0, 0.0, 0.0];
+        let encoders = Encoders { motor: 1e-10, link: None, shown: 0 };
+        let joint =
+            Joint { encoders, steps: vec![linear.over(1e-3); samples], push: vec![linear.push; samples] };
+        System { joints: vec![joint], period: 1e-3, mobility: vec![vec![0.5]; samples], mobility_every: 1 }
+    }
+
+    // Readings of its position under torque noise of one and encoder noise of 10⁻⁵, and the true motion.
+    fn readings(system: &System) -> (Vec<f64>, Vec<f64>) {
+        use rand::{Rng, SeedableRng, rngs::SmallRng};
+        let mut random = SmallRng::seed_from_u64(4);
+        let mut normal = || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
+        let mut x = [[[0.0]; 4]];
+        let (mut read, mut truth) = (Vec::new(), Vec::new());
+        for k in 0..system.len() {
+            truth.push(x[0][0][0]);
+            read.push(x[0][0][0] + 1e-5 * normal());
+            system.advance(0..1, k, Side::Motor, &[[normal()]], &mut x);
+        }
+        (read, truth)
+    }
+
+    #[test]
+    fn a_step_of_the_trapezoidal_rule_turns_an_oscillator_without_loss() {
+        let mut linear = Linear::default();
+        (linear.a[0][1], linear.a[1][0]) = (1.0, -400.0);
+        let phi = linear.over(1e-3).phi;
+        // det Φ = 1, trace Φ ≈ 2 cos ωh
+        assert!((phi[0][0] * phi[1][1] - phi[0][1] * phi[1][0] - 1.0).abs() < 1e-14);
+        assert!((phi[0][0] + phi[1][1] - 2.0 * (0.02f64).cos()).abs() < 1e-7);
+    }
+
+    #[test]
+    fn innovations_of_the_true_noise_are_white_and_of_unit_size() {
+        let system = system(16_000);
+        let (read, _) = readings(&system);
+        let noise = [1.0];
+        let gains = Kalman { system: &system, group: 0..1, noise: &noise }.gains();
+        let filters = Filters { system, groups: vec![(0..1, gains)], every: 16 };
+        let rows = filters.rows(Side::Motor, |_, k| [[0.0], [read[k]], [0.0]]);
+        let z: Vec<f64> = rows[0][0][60..].iter().map(|[z]| *z).collect();
+        let mean = z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64;
+        let lag = z.windows(2).map(|z| z[0] * z[1]).sum::<f64>() / z.len() as f64;
+        assert!((mean - 1.0).abs() < 0.15 && lag.abs() < 0.1, "{mean} {lag}");
+    }
+
+    #[test]
+    fn the_likelihood_is_greatest_at_the_true_noise() {
+        let system = system(8000);
+        let (read, _) = readings(&system);
+        let misfit = |noise: f64| {
+            let kalman = Kalman { system: &system, group: 0..1, noise: &[noise] };
+            kalman.misfit(8000, |_, k| [0.0, read[k], 0.0], |_, k| k > 500)
+        };
+        let at = misfit(1.0);
+        assert!(misfit(0.6) > at + 10.0 && misfit(1.7) > at + 10.0);
+    }
+
+    #[test]
+    fn smoothing_takes_encoder_noise_away() {
+        let system = system(4000);
+        let (read, truth) = readings(&system);
+        let kalman = Kalman { system: &system, group: 0..1, noise: &[1.0] };
+        let smooth = kalman.smoothed(|_, k| [0.0, read[k], 0.0]);
+        let rms = |x: &dyn Fn(usize) -> f64| {
+            ((500..3500).map(|k| (x(k) - truth[k]).powi(2)).sum::<f64>() / 3000.0).sqrt()
+        };
+        let (before, after) = (rms(&|k| read[k]), rms(&|k| smooth[0][k][0]));
+        assert!(after < 0.5 * before, "{before} {after}");
+    }
+}

@@ -1,0 +1,157 @@
+//! The equations of each joint, linearised along the reference.
+
+use faer::Mat;
+
+use sinew_effect::Derivative;
+use sinew_model::Scalar;
+use sinew_plant::{Dynamics, ImposedOut, LinkState, MotorMotion, Plant};
+use sinew_rigid::{Bodies, Scratch, mass_matrix_with};
+
+use super::system::Linear;
+use crate::imposed::imposed_dofs;
+use crate::least_squares::Normal;
+use crate::record::{Channel, Record};
+use crate::series::Series;
+use crate::walk::Walk;
+
+/// What the model predicts along a reference, and how each joint answers to small deviations from it.
+pub(super) struct Along {
+    /// Channels at the middles of the holds.
+    pub predicted: Vec<Vec<f64>>,
+    /// Equations by degree of freedom and hold.
+    pub linear: Vec<Vec<Linear>>,
+    /// Joints that move with their motor.
+    pub imposed: Vec<bool>,
+    /// Inverse inertia, by rows, at every [`INERTIA_EVERY`]th hold.
+    pub mobility: Vec<Vec<f64>>,
+}
+
+// Directions of the derivatives: all motor positions, velocities, all link positions, velocities.
+const MOTOR: [usize; 2] = [0, 1];
+const LINK: [usize; 2] = [2, 3];
+/// Holds after which the inertia is evaluated anew.
+pub(super) const INERTIA_EVERY: usize = 8;
+
+/// The model along a record of a reference.
+///
+/// ```text
+/// free joint        B θ̈̃ = δτ − ∂τ_m x̃,   push = ∂(τ_j + f_link) x̃ + δτ_ℓ
+/// imposed joint     push = δτ − ∂τ_m x̃
+/// bodies            q̈̃ = (M + B_imposed)⁻¹ push
+/// ```
+pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Channel]) -> Along {
+    let nv = plant.model().nv;
+    let imposed = imposed_dofs(plant, p, record);
+    let mut walk = Walk::new(Dynamics::new(plant, p), record, &imposed);
+    let mut series = Series::new(channels, nv, record.len());
+    let constants: Vec<Derivative> = p.iter().map(|&x| Derivative::constant(x)).collect();
+    let mut dual = Dual {
+        dynamics: Dynamics::new(plant, &constants),
+        x: LinkState::zero(plant),
+        acceleration: vec![Derivative::ZERO; nv],
+        out: ImposedOut::new(nv),
+    };
+    dual.seed(&imposed);
+    let mut mobility: Vec<Vec<f64>> = Vec::new();
+    let mut linear = vec![Vec::with_capacity(record.len()); nv];
+    for k in 0..record.len() {
+        walk.torque(k);
+        series.store(&walk.dynamics, &walk.x, &imposed, &walk.out, &walk.actuation);
+        if k % INERTIA_EVERY == 0 {
+            mobility.push(mobilities(&walk, &imposed));
+        }
+        dual.evaluate(&walk, &imposed);
+        for (dof, list) in linear.iter_mut().enumerate() {
+            let own = mobility.last().map_or(0.0, |m| m[dof * nv + dof]);
+            list.push(dual.linear(dof, imposed[dof], own));
+        }
+        if k + 1 < record.len() {
+            walk.step(k);
+        }
+    }
+    let predicted = series.logged(&walk.dynamics, record.scales.step());
+    Along { predicted, linear, imposed, mobility }
+}
+
+struct Dual<'a> {
+    dynamics: Dynamics<'a, Derivative>,
+    x: LinkState<Derivative>,
+    acceleration: Vec<Derivative>,
+    out: ImposedOut<Derivative>,
+}
+
+impl Dual<'_> {
+    fn seed(&mut self, imposed: &[bool]) {
+        for (i, &imposed) in imposed.iter().enumerate() {
+            let link = if imposed { MOTOR } else { LINK };
+            self.x.theta[i].derivative[MOTOR[0]] = 1.0;
+            self.x.thetad[i].derivative[MOTOR[1]] = 1.0;
+            self.x.q[i].derivative[link[0]] = 1.0;
+            self.x.qd[i].derivative[link[1]] = 1.0;
+        }
+    }
+
+    fn evaluate(&mut self, walk: &Walk<f64>, imposed: &[bool]) {
+        for (to, from) in [
+            (&mut self.x.q, &walk.x.q),
+            (&mut self.x.qd, &walk.x.qd),
+            (&mut self.x.theta, &walk.x.theta),
+            (&mut self.x.thetad, &walk.x.thetad),
+            (&mut self.x.z, &walk.x.z),
+            (&mut self.acceleration, &walk.acceleration),
+        ] {
+            to.iter_mut().zip(from).for_each(|(to, from)| to.value = *from);
+        }
+        if imposed.iter().all(|i| !i) {
+            return self.dynamics.gear_torque(&self.x, &self.acceleration, &mut self.out);
+        }
+        let motor = MotorMotion { acceleration: &self.acceleration, imposed };
+        self.dynamics.imposed_torque(&self.x, motor, &mut self.out);
+    }
+
+    fn linear(&self, dof: usize, imposed: bool, mobility: f64) -> Linear {
+        let tau_m = self.out.tau_m[dof].derivative;
+        let mut linear = Linear::default();
+        linear.a[0][1] = 1.0;
+        if imposed {
+            for s in 0..2 {
+                linear.push[s] = -tau_m[s];
+                linear.a[1][s] = mobility * linear.push[s];
+            }
+            (linear.motor[1], linear.link[1]) = (mobility, mobility);
+            return linear;
+        }
+        let rotor = self.dynamics.coefficients().rotor[dof].value.max(1e-12);
+        let link = (self.out.tau_j[dof] + self.dynamics.link_force()[dof]).derivative;
+        linear.a[2][3] = 1.0;
+        for s in 0..4 {
+            linear.a[1][s] = -tau_m[s] / rotor;
+            linear.push[s] = link[s];
+            linear.a[3][s] = mobility * link[s];
+        }
+        (linear.motor[1], linear.link[3]) = (1.0 / rotor, mobility);
+        linear
+    }
+}
+
+// Inverse of the inertia of the links, with the motors of imposed joints, by rows.
+fn mobilities(walk: &Walk<f64>, imposed: &[bool]) -> Vec<f64> {
+    let plant = walk.dynamics.plant();
+    let nv = imposed.len();
+    let coefficients = walk.dynamics.coefficients();
+    let rotor = |i: usize| if imposed[i] { coefficients.rotor[i] } else { 0.0 };
+    let armature: Vec<f64> = (0..nv).map(rotor).collect();
+    let bodies = Bodies {
+        model: plant.model(),
+        inertia: &coefficients.inertia,
+        gravity: coefficients.gravity,
+        armature: &armature,
+    };
+    let mut mass = vec![0.0; nv * nv];
+    mass_matrix_with(&bodies, &mut Scratch::new(plant.model()), &walk.x.q, &mut mass);
+    let Some(normal) = Normal::new(&Mat::from_fn(nv, nv, |i, j| mass[i * nv + j])) else {
+        return (0..nv * nv).map(|k| if k % (nv + 1) == 0 { 1.0 / mass[k].max(1e-9) } else { 0.0 }).collect();
+    };
+    let inverse = normal.solve_many(&Mat::<f64>::identity(nv, nv));
+    (0..nv * nv).map(|k| inverse[(k / nv, k % nv)]).collect()
+}

@@ -1,0 +1,185 @@
+//! Runs at their own sample rate, and the reference motion about which deviations are taken.
+
+use std::sync::Arc;
+
+use sinew_data::{Quantity, Run, Smoother, Uniform, resample};
+use sinew_effect::Sensor;
+use sinew_model::Robot;
+
+use super::rows::Innovations;
+use crate::record::{Record, Reduction, START, Sensors, channel_signal, noise_of};
+use crate::scale::Scales;
+
+/// A run on an even grid at its own rate, within the reach of the smoothing kernel.
+pub(super) struct Even {
+    pub name: String,
+    pub scales: Scales,
+    pub time: Vec<f64>,
+    /// Torque held after each sample, by channel; empty for other channels.
+    pub torque: Vec<Vec<f64>>,
+    /// Motor position as read, by degree of freedom.
+    pub theta: Vec<Vec<f64>>,
+    /// Link position as read, by channel; empty for other channels.
+    pub link: Vec<Vec<f64>>,
+    /// Standard deviation of a reading: of each channel, of each motor position.
+    pub noise: Vec<f64>,
+    pub theta_noise: Vec<f64>,
+    // Link motion of the first moments.
+    start: Vec<Option<Vec<[f64; 2]>>>,
+}
+
+/// Motor positions and velocities at the samples of a run, by degree of freedom.
+#[derive(Clone)]
+pub(super) struct Motion {
+    pub theta: Vec<Vec<f64>>,
+    pub thetad: Vec<Vec<f64>>,
+}
+
+// Seconds of a row.
+const ROW: f64 = 0.016;
+
+impl Even {
+    /// The run, and its motion smoothed by a kernel: the reference to begin with.
+    pub fn new(robot: &Robot, run: &Run, sensors: &Sensors, scales: Scales) -> (Self, Motion) {
+        let nv = robot.model.nv;
+        let grid = Uniform::within(&run.time, scales.period);
+        let smoother = Smoother::new(scales.smooth, scales.period);
+        let reach = |x: &[f64]| x[scales.smooth..x.len() - scales.smooth].to_vec();
+        let every = ((ROW / scales.period).round() as usize).max(1);
+        let own = Scales { stride: 1, kernel: every / 2, every, held: true, ..scales };
+        let time = reach(&grid.times());
+        let still = vec![0.0; time.len()];
+        let mut even = Self {
+            name: run.name.clone(),
+            scales: own,
+            torque: vec![Vec::new(); sensors.channels.len()],
+            link: vec![Vec::new(); sensors.channels.len()],
+            theta: vec![still.clone(); nv],
+            noise: Vec::new(),
+            theta_noise: vec![0.0; nv],
+            start: vec![None; nv],
+            time,
+        };
+        let mut motion = Motion { theta: vec![still.clone(); nv], thetad: vec![still; nv] };
+        let signal = |quantity: Option<Quantity>, dof| run.signal(quantity?, robot.model.dof_name(dof));
+        for dof in 0..nv {
+            let Some(signal) = signal(sensors.imposed[dof], dof) else { continue };
+            let x = resample(&run.time, &signal.values, &grid);
+            even.theta_noise[dof] = noise_of(signal, &x);
+            (motion.theta[dof], motion.thetad[dof]) = (smoother.value(&x), smoother.rate(&x));
+            even.theta[dof] = reach(&x);
+        }
+        for (c, channel) in sensors.channels.iter().enumerate() {
+            let signal = channel_signal(robot, run, channel);
+            let x = resample(&run.time, &signal.values, &grid);
+            even.noise.push(noise_of(&signal, &x));
+            if channel.sensor == Sensor::JointPosition {
+                let (value, rate) = (smoother.value(&x), smoother.rate(&x));
+                let first = ((START / own.period).round() as usize).min(value.len());
+                even.start[channel.dof] = Some((0..first).map(|k| [value[k], rate[k]]).collect());
+                even.link[c] = reach(&x);
+            } else {
+                even.torque[c] = reach(&x);
+            }
+        }
+        (even, motion)
+    }
+
+    /// The reference as a record whose grid steps are the middles of the holds: there a torque that is held and the
+    /// mean acceleration of the hold belong together.
+    ///
+    /// θ = ½(θ_k + θ_{k+1}) + h/8 (θ̇_k − θ̇_{k+1}),   θ̇ = ½(θ̇_k + θ̇_{k+1}),   θ̈ = (θ̇_{k+1} − θ̇_k)/h
+    pub fn record(&self, motion: &Motion, reduction: Option<Arc<Innovations>>) -> Record {
+        let h = self.scales.period;
+        let between = |x: &[f64], f: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
+            x.windows(2).map(|pair| f(pair[0], pair[1])).collect()
+        };
+        let mean = |x: &Vec<f64>| between(x, &|a, b| 0.5 * (a + b));
+        let thetad: Vec<Vec<f64>> = motion.thetad.iter().map(mean).collect();
+        let thetadd = motion.thetad.iter().map(|v| between(v, &|a, b| (b - a) / h)).collect();
+        let theta = motion.theta.iter().zip(&motion.thetad).map(|(x, v)| {
+            let bend = between(v, &|a, b| h / 8.0 * (a - b));
+            mean(x).into_iter().zip(bend).map(|(x, b)| x + b).collect()
+        });
+        let time = mean(&self.time);
+        let measured =
+            self.torque.iter().zip(&self.link).map(|(torque, link)| {
+                if link.is_empty() { torque[..time.len()].to_vec() } else { mean(link) }
+            });
+        Record {
+            name: self.name.clone(),
+            scales: self.scales,
+            theta: theta.collect(),
+            thetad_wide: thetad.clone(),
+            thetad,
+            thetadd,
+            middle: None,
+            start: self.start.clone(),
+            measured: measured.collect(),
+            noise: self.noise.clone(),
+            position_noise: self.theta_noise.clone(),
+            reduction: reduction.map_or(Reduction::Mean, Reduction::Innovations),
+            time,
+        }
+    }
+}
+
+impl Even {
+    /// The reference at every second sample, where two holds meet: derivatives along a run are smooth enough for this
+    /// grid.
+    ///
+    /// θ = θ_k,   θ̇ = θ̇_k,   θ̈ = (θ̇_{k+1} − θ̇_{k−1})/2h,   k = 1, 3, …
+    pub fn thinned(&self, motion: &Motion, filters: &Arc<Innovations>) -> Record {
+        let h = self.scales.period;
+        let odd = |x: &Vec<f64>| -> Vec<f64> { x.iter().skip(1).step_by(2).copied().collect() };
+        let slope = |v: &Vec<f64>| {
+            let last = v.len() - 1;
+            let of =
+                |k: usize| (v[(k + 1).min(last)] - v[k - 1]) / (((k + 1).min(last) - (k - 1)) as f64 * h);
+            (1..v.len()).step_by(2).map(of).collect()
+        };
+        let thetad: Vec<Vec<f64>> = motion.thetad.iter().map(odd).collect();
+        let start = self.start.iter().map(|s| Some(s.as_ref()?.iter().skip(1).step_by(2).copied().collect()));
+        Record {
+            name: self.name.clone(),
+            scales: Scales { stride: 2, ..self.scales },
+            time: odd(&self.time),
+            theta: motion.theta.iter().map(odd).collect(),
+            thetadd: motion.thetad.iter().map(slope).collect(),
+            thetad_wide: thetad.clone(),
+            thetad,
+            middle: None,
+            start: start.collect(),
+            measured: vec![Vec::new(); self.noise.len()],
+            noise: self.noise.clone(),
+            position_noise: self.theta_noise.clone(),
+            reduction: Reduction::Thinned(Arc::clone(filters)),
+        }
+    }
+}
+
+/// What a series at every second sample is in the middle of hold k.
+pub(super) fn in_hold<const W: usize>(len: usize, k: usize, samples: impl Fn(usize) -> [f64; W]) -> [f64; W] {
+    // Hold k reaches from sample k to k + 1; entry m belongs to sample 2m + 1.
+    let (near, far) = (k / 2, if k.is_multiple_of(2) { (k / 2).saturating_sub(1) } else { k / 2 + 1 });
+    let (a, b) = (samples(near.min(len - 1)), samples(far.min(len - 1)));
+    std::array::from_fn(|w| 0.75 * a[w] + 0.25 * b[w])
+}
+
+// Weights of the cubic through four middles, in their middle.
+const CUBIC: [f64; 4] = [-1.0 / 16.0, 9.0 / 16.0, 9.0 / 16.0, -1.0 / 16.0];
+
+/// What a series at the middles of the holds is at sample k, which the holds k − 1 and k meet at.
+pub(super) fn at_sample<const W: usize>(len: usize, k: usize, holds: impl Fn(usize) -> [f64; W]) -> [f64; W] {
+    if k < 2 || k + 1 >= len {
+        let (a, b) = (holds(k.saturating_sub(1).min(len - 1)), holds(k.min(len - 1)));
+        return std::array::from_fn(|w| 0.5 * (a[w] + b[w]));
+    }
+    let mut sum = [0.0; W];
+    for (i, weight) in CUBIC.into_iter().enumerate() {
+        for (sum, x) in sum.iter_mut().zip(holds(k + i - 2)) {
+            *sum += weight * x;
+        }
+    }
+    sum
+}

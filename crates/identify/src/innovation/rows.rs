@@ -1,0 +1,105 @@
+//! Rows of a run: predicted and measured signals through the deviation filters of its joints.
+
+use sinew_effect::{DIRECTIONS, Derivative};
+
+use super::filter::Filters;
+use super::motion::{Even, Motion, at_sample, in_hold};
+use super::system::Side;
+
+/// The frozen filters of a run, and the channels that they take in and give out: the innovation of a motor stands in the
+/// place of its torque, that of a link in the place of its position.
+#[derive(Debug, Clone)]
+pub(crate) struct Innovations {
+    pub(super) filters: Filters,
+    /// By joint of the filters.
+    pub(super) joints: Vec<JointChannels>,
+    pub(super) channels: usize,
+}
+
+impl Innovations {
+    /// Rows of a predicted series of every channel, given at the middles of the holds; channel after channel.
+    pub fn rows(&self, series: &[Vec<f64>]) -> Vec<f64> {
+        let sets = self.through(|c, k| [series[c][k]]);
+        sets.into_iter().flatten().map(|[x]| x).collect()
+    }
+
+    /// The same of derivatives, given there or at every second sample, for the first `count` directions.
+    pub fn rows_along(&self, series: &[Vec<Derivative>], count: usize, thinned: bool) -> Vec<Vec<f64>> {
+        let of = |c: usize, k: usize| in_hold(series[c].len(), k, |m| series[c][m].derivative);
+        let sets = if thinned { self.through(of) } else { self.through(|c, k| series[c][k].derivative) };
+        let sets: Vec<[f64; DIRECTIONS]> = sets.into_iter().flatten().collect();
+        (0..count.min(DIRECTIONS)).map(|d| sets.iter().map(|row| row[d]).collect()).collect()
+    }
+
+    fn through<const W: usize>(&self, series: impl Fn(usize, usize) -> [f64; W]) -> Vec<Vec<[f64; W]>> {
+        let input = |joint: usize, k: usize| {
+            let JointChannels { torque, position, .. } = self.joints[joint];
+            let holds = self.filters.system.len();
+            let link = position.map_or([0.0; W], |c| at_sample(holds, k, |hold| series(c, hold)));
+            [series(torque, k), [0.0; W], link]
+        };
+        self.by_channel(self.filters.rows(Side::Motor, input))
+    }
+
+    /// Rows of what was measured along a reference whose positions at the middles of the holds are given.
+    pub(super) fn measured(&self, even: &Even, motion: &Motion, holds: &[Vec<f64>]) -> Vec<f64> {
+        let input = |joint: usize, k: usize| {
+            deviation_inputs(even, motion, holds, self.joints[joint], k).map(|x| [x])
+        };
+        let rows = self.by_channel(self.filters.rows(Side::Motor, input));
+        rows.into_iter().flatten().map(|[x]| x).collect()
+    }
+
+    /// Rows of a channel that each of several torques along the run would give: on the motor in the rows of the motor, on
+    /// the link in those of the link.
+    pub fn of_torques(&self, channel: usize, series: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let is = |j: &JointChannels| j.torque == channel || j.position == Some(channel);
+        let Some(joint) = self.joints.iter().position(is) else { return vec![Vec::new(); series.len()] };
+        let side = if self.joints[joint].torque == channel { Side::Motor } else { Side::Link };
+        let mut out = Vec::with_capacity(series.len());
+        for part in series.chunks(DIRECTIONS) {
+            let torque = |k: usize| std::array::from_fn(|w| part.get(w).map_or(0.0, |s| s[k]));
+            let [motor, link]: [Vec<[f64; DIRECTIONS]>; 2] = self.filters.rows_alone(joint, side, torque);
+            let rows = if side == Side::Motor { motor } else { link };
+            out.extend((0..part.len()).map(|w| rows.iter().map(|row| row[w]).collect()));
+        }
+        out
+    }
+
+    fn by_channel<const W: usize>(&self, rows: Vec<[Vec<[f64; W]>; 2]>) -> Vec<Vec<[f64; W]>> {
+        let mut out = vec![Vec::new(); self.channels];
+        for (joint, [motor, link]) in self.joints.iter().zip(rows) {
+            out[joint.torque] = motor;
+            if let Some(c) = joint.position {
+                out[c] = link;
+            }
+        }
+        out
+    }
+}
+
+/// A joint with its channels.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct JointChannels {
+    pub dof: usize,
+    pub torque: usize,
+    pub position: Option<usize>,
+}
+
+/// Torque, motor and link position as measured, seen from the reference; the link's with the same error of averaging
+/// over two holds that a prediction has.
+pub(super) fn deviation_inputs(
+    even: &Even,
+    motion: &Motion,
+    holds: &[Vec<f64>],
+    joint: JointChannels,
+    k: usize,
+) -> [f64; 3] {
+    let JointChannels { dof, torque, position } = joint;
+    let theta = motion.theta[dof][k];
+    let link = position.map_or(0.0, |c| {
+        let [between] = at_sample(holds[dof].len(), k, |hold| [holds[dof][hold]]);
+        even.link[c][k] + between - theta
+    });
+    [even.torque[torque][k], even.theta[dof][k] - theta, link]
+}
