@@ -57,6 +57,16 @@ fn print(cases: &[NullCase], asked: usize) {
         let median = errors[errors.len() / 2];
         println!("{name:24} rms z {rms:5.2}, mean z {mean:5.2}, median error {median:.2} %");
     }
+    let mut effects: Vec<&String> = cases.iter().flat_map(|c| &c.scores).map(|(name, _)| name).collect();
+    effects.sort_unstable();
+    effects.dedup();
+    for effect in effects {
+        let own: Vec<f64> =
+            cases.iter().flat_map(|c| &c.scores).filter(|(n, _)| n == effect).map(|(_, z)| *z).collect();
+        let n = own.len() as f64;
+        let (mean, square) = (own.iter().sum::<f64>() / n, own.iter().map(|z| z * z).sum::<f64>() / n);
+        println!("{effect:40} score/k {square:5.2}, mean z {mean:5.2}");
+    }
     let scores: Vec<f64> = cases.iter().flat_map(|c| &c.scores).map(|(_, z)| z * z).collect();
     let mean = scores.iter().sum::<f64>() / scores.len().max(1) as f64;
     // χ² of one degree of freedom exceeds 6.635 in one case of a hundred.

@@ -160,13 +160,15 @@ struct Pass<'a> {
     records: Vec<Record>,
     // Channels predicted at the middles of the holds, by run.
     predicted: Vec<Vec<Vec<f64>>>,
+    // What the mean torque of a hold differs from that in its middle, by run.
+    hold_means: Vec<Vec<Vec<f64>>>,
     // The equations of the joints about the motions, by run.
     systems: Vec<System>,
 }
 
 impl<'a> Pass<'a> {
     fn new(form: &'a Innovation, motions: &'a [Motion], plant: &Plant, p: &[f64]) -> Self {
-        let parts: Vec<(Record, Vec<Vec<f64>>, System)> = form
+        let parts: Vec<(Record, Along, System)> = form
             .runs
             .par_iter()
             .zip(motions)
@@ -174,14 +176,21 @@ impl<'a> Pass<'a> {
                 let record = run.record(motion, None);
                 let along = along(plant, p, &record, &form.channels);
                 let system = form.system(run, &along);
-                (record, along.predicted, system)
+                (record, along, system)
             })
             .collect();
-        let mut pass =
-            Self { form, motions, records: Vec::new(), predicted: Vec::new(), systems: Vec::new() };
-        for (record, predicted, system) in parts {
+        let mut pass = Self {
+            form,
+            motions,
+            records: Vec::new(),
+            predicted: Vec::new(),
+            hold_means: Vec::new(),
+            systems: Vec::new(),
+        };
+        for (record, along, system) in parts {
             pass.records.push(record);
-            pass.predicted.push(predicted);
+            pass.predicted.push(along.predicted);
+            pass.hold_means.push(along.hold_means);
             pass.systems.push(system);
         }
         pass
@@ -189,8 +198,8 @@ impl<'a> Pass<'a> {
 
     // Measured minus predicted of one joint at a sample.
     fn input(&self, run: usize, joint: usize, k: usize) -> [f64; 3] {
-        let (even, record, joint) = (&self.form.runs[run], &self.records[run], self.form.joints[joint]);
-        let measured = deviation_inputs(even, &self.motions[run], &record.theta, joint, k);
+        let (even, joint) = (&self.form.runs[run], self.form.joints[joint]);
+        let measured = deviation_inputs(even, &self.motions[run], &self.hold_means[run], joint, k);
         let predicted = &self.predicted[run];
         let link = |c: usize| motion::at_sample(predicted[c].len(), k, |hold| [predicted[c][hold]])[0];
         let [torque, motor, position] = measured;
@@ -283,10 +292,10 @@ impl<'a> Pass<'a> {
     // Records whose rows come from filters with frozen gains, and the rows of what was measured.
     fn frozen(self, noise: &[f64]) -> (Vec<Record>, Vec<Record>, Vec<f64>) {
         let groups = self.form.groups();
-        let Self { form, motions, records, systems, .. } = self;
-        let parts: Vec<((Record, Record), Vec<f64>)> = (records, systems, &form.runs, motions)
+        let Self { form, motions, records, systems, hold_means, .. } = self;
+        let parts: Vec<((Record, Record), Vec<f64>)> = (records, systems, &form.runs, (motions, hold_means))
             .into_par_iter()
-            .map(|(mut record, system, even, motion)| {
+            .map(|(mut record, system, even, (motion, means))| {
                 let gains = |group: &Range<usize>| {
                     let kalman = Kalman { system: &system, group: group.clone(), noise };
                     (group.clone(), kalman.gains())
@@ -295,7 +304,7 @@ impl<'a> Pass<'a> {
                 let filters = Filters { system, groups, every: even.scales.every };
                 let channels = form.channels.len();
                 let filters = Innovations { filters, joints: form.joints.clone(), channels };
-                let measured = filters.measured(even, motion, &record.theta);
+                let measured = filters.measured(even, motion, &means);
                 let filters = Arc::new(filters);
                 let smooth = even.thinned(motion, &filters);
                 record.reduction = Reduction::Innovations(filters);

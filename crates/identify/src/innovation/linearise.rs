@@ -22,6 +22,8 @@ pub(super) struct Along {
     pub linear: Vec<Vec<Linear>>,
     /// Joints that move with their motor.
     pub imposed: Vec<bool>,
+    /// By how much the mean motor torque over a hold differs from that in its middle, by degree of freedom and hold.
+    pub hold_means: Vec<Vec<f64>>,
     /// Inverse inertia, by rows, at every [`INERTIA_EVERY`]th hold.
     pub mobility: Vec<Vec<f64>>,
 }
@@ -54,6 +56,7 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
     dual.seed(&imposed);
     let mut mobility: Vec<Vec<f64>> = Vec::new();
     let mut linear = vec![Vec::with_capacity(record.len()); nv];
+    let mut hold_means = vec![Vec::with_capacity(record.len()); nv];
     for k in 0..record.len() {
         walk.torque(k);
         series.store(&walk.dynamics, &walk.x, &imposed, &walk.out, &walk.actuation);
@@ -64,13 +67,14 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
         for (dof, list) in linear.iter_mut().enumerate() {
             let own = mobility.last().map_or(0.0, |m| m[dof * nv + dof]);
             list.push(dual.linear(dof, imposed[dof], own));
+            hold_means[dof].push(dual.hold_mean(dof, walk.out.qdd[dof], record.scales.step()));
         }
         if k + 1 < record.len() {
             walk.step(k);
         }
     }
     let predicted = series.logged(&walk.dynamics, record.scales.step());
-    Along { predicted, linear, imposed, mobility }
+    Along { predicted, linear, imposed, hold_means, mobility }
 }
 
 struct Dual<'a> {
@@ -107,6 +111,12 @@ impl Dual<'_> {
         }
         let motor = MotorMotion { acceleration: &self.acceleration, imposed };
         self.dynamics.imposed_torque(&self.x, motor, &mut self.out);
+    }
+
+    // h²/24 τ̈_m ≈ h²/24 (∂τ_m/∂θ θ̈ + ∂τ_m/∂q q̈)
+    fn hold_mean(&self, dof: usize, qdd: f64, h: f64) -> f64 {
+        let slope = self.out.tau_m[dof].derivative;
+        h * h / 24.0 * (slope[MOTOR[0]] * self.acceleration[dof].value + slope[LINK[0]] * qdd)
     }
 
     fn linear(&self, dof: usize, imposed: bool, mobility: f64) -> Linear {

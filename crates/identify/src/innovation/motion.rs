@@ -35,6 +35,16 @@ pub(super) struct Motion {
     pub thetad: Vec<Vec<f64>>,
 }
 
+impl Motion {
+    /// Position of a motor in the middle of hold k.
+    ///
+    /// θ = ½(θ_k + θ_{k+1}) + h/8 (θ̇_k − θ̇_{k+1})
+    pub fn middle(&self, dof: usize, k: usize, h: f64) -> f64 {
+        let (theta, thetad) = (&self.theta[dof], &self.thetad[dof]);
+        0.5 * (theta[k] + theta[k + 1]) + h / 8.0 * (thetad[k] - thetad[k + 1])
+    }
+}
+
 // Seconds of a row.
 const ROW: f64 = 0.016;
 
@@ -85,8 +95,7 @@ impl Even {
         (even, motion)
     }
 
-    /// The reference as a record whose grid steps are the middles of the holds: there a torque that is held and the
-    /// mean acceleration of the hold belong together.
+    /// The reference as a record whose grid steps are the middles of the holds, with the mean acceleration of each.
     ///
     /// θ = ½(θ_k + θ_{k+1}) + h/8 (θ̇_k − θ̇_{k+1}),   θ̇ = ½(θ̇_k + θ̇_{k+1}),   θ̈ = (θ̇_{k+1} − θ̇_k)/h
     pub fn record(&self, motion: &Motion, reduction: Option<Arc<Innovations>>) -> Record {

@@ -41,10 +41,11 @@ impl Innovations {
         self.by_channel(self.filters.rows(Side::Motor, input))
     }
 
-    /// Rows of what was measured along a reference whose positions at the middles of the holds are given.
-    pub(super) fn measured(&self, even: &Even, motion: &Motion, holds: &[Vec<f64>]) -> Vec<f64> {
+    /// Rows of what was measured along a reference; `means`: what the mean torque of a hold differs from that in its
+    /// middle.
+    pub(super) fn measured(&self, even: &Even, motion: &Motion, means: &[Vec<f64>]) -> Vec<f64> {
         let input = |joint: usize, k: usize| {
-            deviation_inputs(even, motion, holds, self.joints[joint], k).map(|x| [x])
+            deviation_inputs(even, motion, means, self.joints[joint], k).map(|x| [x])
         };
         let rows = self.by_channel(self.filters.rows(Side::Motor, input));
         rows.into_iter().flatten().map(|[x]| x).collect()
@@ -86,20 +87,21 @@ pub(crate) struct JointChannels {
     pub position: Option<usize>,
 }
 
-/// Torque, motor and link position as measured, seen from the reference; the link's with the same error of averaging
-/// over two holds that a prediction has.
+/// Torque in the middle of the hold, motor and link position as measured, seen from the reference; the link's with the
+/// same error of interpolation between holds that a prediction has.
 pub(super) fn deviation_inputs(
     even: &Even,
     motion: &Motion,
-    holds: &[Vec<f64>],
+    means: &[Vec<f64>],
     joint: JointChannels,
     k: usize,
 ) -> [f64; 3] {
     let JointChannels { dof, torque, position } = joint;
     let theta = motion.theta[dof][k];
     let link = position.map_or(0.0, |c| {
-        let [between] = at_sample(holds[dof].len(), k, |hold| [holds[dof][hold]]);
+        let holds = motion.theta[dof].len() - 1;
+        let [between] = at_sample(holds, k, |hold| [motion.middle(dof, hold, even.scales.period)]);
         even.link[c][k] + between - theta
     });
-    [even.torque[torque][k], even.theta[dof][k] - theta, link]
+    [even.torque[torque][k] - means[dof][k], even.theta[dof][k] - theta, link]
 }

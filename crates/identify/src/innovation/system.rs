@@ -22,9 +22,9 @@ pub(super) struct Linear {
     pub push: State,
 }
 
-/// The same over one sample period, by the trapezoidal rule.
+/// The same over one sample period, by the Padé approximation of second degree of the exponential.
 ///
-/// Φ = (1 − hA/2)⁻¹ (1 + hA/2),   g = (1 − hA/2)⁻¹ h b
+/// N = 1 − hA/2 + h²A²/12,   Φ = N⁻¹ (1 + hA/2 + h²A²/12),   g = N⁻¹ h b
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Discrete {
     pub phi: Square,
@@ -35,13 +35,14 @@ pub(super) struct Discrete {
 impl Linear {
     pub fn over(&self, h: f64) -> Discrete {
         let mut left = [[0.0; 4]; 4];
-        // Right sides: the columns of 1 + hA/2, then h b and h b_ℓ.
+        // Right sides: the columns of 1 + hA/2 + h²A²/12, then h b and h b_ℓ.
         let mut right = [[0.0; 6]; 4];
         for i in 0..4 {
             for j in 0..4 {
-                let one = f64::from(u8::from(i == j));
-                left[i][j] = one - 0.5 * h * self.a[i][j];
-                right[i][j] = one + 0.5 * h * self.a[i][j];
+                let square: f64 = (0..4).map(|m| self.a[i][m] * self.a[m][j]).sum();
+                let even = f64::from(u8::from(i == j)) + h * h / 12.0 * square;
+                left[i][j] = even - 0.5 * h * self.a[i][j];
+                right[i][j] = even + 0.5 * h * self.a[i][j];
             }
             right[i][4] = h * self.motor[i];
             right[i][5] = h * self.link[i];
