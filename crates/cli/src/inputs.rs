@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use sinew_data::{ColumnMap, Run, RunSpec};
+use sinew_data::{ColumnMap, Run, RunSpec, rebuild_clock};
 use sinew_effect::PlaceKind;
 use sinew_effects::CATALOGUE;
 use sinew_identify::{Options, Residual};
@@ -46,6 +46,9 @@ pub(crate) struct Columns {
     /// Names, scales and offsets of the columns of the runs (TOML)
     #[arg(long, value_name = "MAP")]
     columns: Option<PathBuf>,
+    /// Rebuild the clock of the runs from their logged velocities: where a log repeats or skips ticks
+    #[arg(long)]
+    rebuild_clock: bool,
 }
 
 impl Inputs {
@@ -76,7 +79,23 @@ impl Columns {
     /// Reads runs through the map, if there is one.
     pub fn read(&self, runs: &[RunSpec]) -> Result<Vec<Run>, CliError> {
         let map = self.columns.as_deref().map(ColumnMap::read).transpose()?;
-        Ok(runs.iter().map(|r| r.read(map.as_ref())).collect::<Result<_, _>>()?)
+        let runs: Vec<Run> = runs.iter().map(|r| r.read(map.as_ref())).collect::<Result<_, _>>()?;
+        if !self.rebuild_clock {
+            return Ok(runs);
+        }
+        runs.iter()
+            .map(|run| {
+                let (mut rebuilt, note) = rebuild_clock(run).ok_or_else(|| {
+                    CliError::usage(
+                        &run.name,
+                        "its clock cannot be rebuilt: no joint has a logged velocity and moves most of the time",
+                        "leave --rebuild-clock out",
+                    )
+                })?;
+                rebuilt.notes.push(note);
+                Ok(rebuilt)
+            })
+            .collect()
     }
 }
 

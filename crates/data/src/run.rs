@@ -135,6 +135,18 @@ impl Run {
         })
     }
 
+    /// Leaves only the samples of these numbers, which increase.
+    pub(crate) fn keep(&mut self, kept: &[usize]) {
+        fn of<T: Copy>(values: &mut Vec<T>, kept: &[usize]) {
+            *values = kept.iter().map(|&k| values[k]).collect();
+        }
+        of(&mut self.time, kept);
+        self.signals.iter_mut().for_each(|s| of(&mut s.values, kept));
+        if let Some(origin) = &mut self.origin {
+            of(&mut origin.lines, kept);
+        }
+    }
+
     /// Where a sample is: `run.csv:1042` for a run from a file, else the run and the number of the sample.
     pub fn place_of(&self, sample: usize) -> String {
         match self.origin.as_ref().and_then(|o| Some((&o.file, o.lines.get(sample)?))) {

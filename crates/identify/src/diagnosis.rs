@@ -131,7 +131,8 @@ pub(crate) fn report(
     scope: String,
 ) -> Result<Diagnosis, IdentifyError> {
     let state = &explored.state;
-    let findings = clocks(search, state).into_iter().chain(findings).collect();
+    let findings =
+        clocks(search, state).into_iter().chain(differences(search, state)).chain(findings).collect();
     let channels = channels(search, state);
     let mut verdict = word(&channels, state.accepted.len());
     let unfinished = matches!(verdict, Verdict::PartlyExplained | Verdict::Unexplained);
@@ -176,6 +177,29 @@ pub(crate) fn report(
         findings,
         refusals,
     })
+}
+
+// Named effects whose strength depends on the run: perhaps on temperature, load or something else that changed.
+fn differences(search: &Search, state: &State) -> Vec<Finding> {
+    let reports = parameters(search, state, widening(search, state));
+    let named = reports.into_iter().filter(|(e, _)| state.accepted.iter().any(|a| a.effect == *e));
+    named
+        .filter(|(_, r)| r.differs_between_runs())
+        .map(|(effect, r)| {
+            let spec = &state.fitted.model.specs[effect];
+            let share = 100.0 * r.between_runs / r.value.abs();
+            Finding {
+                joint: spec.place.to_string(),
+                signal: String::new(),
+                regime: "runs".to_owned(),
+                statement: format!(
+                    "{}: {} differs between runs by ± {share:.0} % of itself: something that changed drives it",
+                    spec.kind, r.name
+                ),
+                share: 0.0,
+            }
+        })
+        .collect()
 }
 
 // Two encoders of one joint that are not read at the same instant: told before anything else.

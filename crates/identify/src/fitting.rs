@@ -11,6 +11,7 @@ use crate::base::{is_nuisance, scope};
 use crate::comparison::{Prepared, SignalError, as_given, signals, total};
 use crate::diagnosis::{Diagnosis, report};
 use crate::explore::{Explored, Rung, Unseen, explore, widening};
+use crate::heterogeneity::run_to_run;
 use crate::problem::{Candidate, Equations, Problem};
 use crate::refit::{Base, refit};
 use crate::report::Verdict;
@@ -43,8 +44,10 @@ pub struct ParameterReport {
     pub name: String,
     /// Its value.
     pub value: f64,
-    /// Its standard deviation, widened by the misfit that remains.
+    /// Its standard deviation, widened by the misfit that remains and to the spread between runs.
     pub std: f64,
+    /// Its standard deviation from run to run, beyond what noise explains.
+    pub between_runs: f64,
     /// Its unit.
     pub unit: String,
     /// Lower end of the 95 % interval.
@@ -56,6 +59,16 @@ pub struct ParameterReport {
     /// What is remarkable about it.
     pub note: Option<String>,
 }
+
+impl ParameterReport {
+    /// True if it differs between runs by more than a quarter of itself: something that changed drives it.
+    pub fn differs_between_runs(&self) -> bool {
+        self.between_runs > MOST_DIFFERENT * self.value.abs()
+    }
+}
+
+// Share of itself by which a constant of a robot may differ between runs.
+const MOST_DIFFERENT: f64 = 0.25;
 
 /// A fitted model and how it came about.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -188,7 +201,8 @@ fn finished(
     let reports = parameters(search, state, wide);
     let mut warnings = repeats(runs, check);
     warnings.extend(pulls(state));
-    let stds = standard_deviations(search, state, wide);
+    let stds: Option<Vec<f64>> =
+        standard_deviations(search, state, wide).map(|spreads| spreads.into_iter().map(|s| s.std).collect());
     let moved = |effect: usize| {
         model.unknowns.iter().any(|u| u.id.effect == effect && u.pull(model.p[u.position]) > 0.0)
     };
@@ -240,21 +254,22 @@ fn added(search: &mut Search, state: State, spec: &EffectSpec) -> Result<State, 
 /// Every unknown of a fitted model, with the effect it belongs to.
 pub(crate) fn parameters(search: &Search, state: &State, wide: f64) -> Vec<(usize, ParameterReport)> {
     let model = &state.fitted.model;
-    let stds =
-        standard_deviations(search, state, wide).unwrap_or_else(|| vec![f64::NAN; model.unknowns.len()]);
+    let stds = standard_deviations(search, state, wide)
+        .unwrap_or_else(|| vec![Spread { std: f64::NAN, between_runs: 0.0 }; model.unknowns.len()]);
     model
         .unknowns
         .iter()
         .zip(stds)
-        .map(|(u, std)| {
+        .map(|(u, Spread { mut std, mut between_runs })| {
             let active = &model.plant.effects()[u.id.effect];
             let parameter = &active.effect.card().parameters[u.id.parameter];
-            let (mut value, mut start, mut std) = (model.p[u.position], active.values[u.id.parameter], std);
+            let (mut value, mut start) = (model.p[u.position], active.values[u.id.parameter]);
             let (mut unit, range) = (parameter.unit.to_owned(), u.range);
             let (mut low, mut high) = ((value - 1.96 * std).max(range.0), (value + 1.96 * std).min(range.1));
             if parameter.written == Written::Reciprocal && value > 0.0 {
                 // 1/c ± σ/c²
                 std /= value * value;
+                between_runs /= value * value;
                 (low, high) = (1.0 / high, if low > 0.0 { 1.0 / low } else { f64::INFINITY });
                 value = 1.0 / value;
                 start = if start > 0.0 { 1.0 / start } else { f64::INFINITY };
@@ -263,9 +278,10 @@ pub(crate) fn parameters(search: &Search, state: &State, wide: f64) -> Vec<(usiz
             if slides(model.plant.model(), &active.spec.place) {
                 unit = of_slide(&unit);
             }
-            let note = note(u.pull(model.p[u.position]).sqrt(), model.p[u.position], range);
+            let note = note(u.pull(model.p[u.position]).sqrt(), model.p[u.position], range)
+                .or_else(|| differs(between_runs, value));
             let name = format!("{}.{}", active.spec.place, parameter.label());
-            (u.id.effect, ParameterReport { name, value, std, unit, low, high, start, note })
+            (u.id.effect, ParameterReport { name, value, std, between_runs, unit, low, high, start, note })
         })
         .collect()
 }
@@ -278,6 +294,12 @@ fn note(pull: f64, value: f64, range: (f64, f64)) -> Option<String> {
     } else {
         None
     }
+}
+
+fn differs(between_runs: f64, value: f64) -> Option<String> {
+    let share = between_runs / value.abs();
+    (value != 0.0 && share > MOST_DIFFERENT)
+        .then(|| format!("differs between runs by ± {:.0} % of itself", 100.0 * share))
 }
 
 fn slides(model: &Model, place: &Place) -> bool {
@@ -297,10 +319,23 @@ fn reciprocal(unit: &str) -> String {
     }
 }
 
-fn standard_deviations(search: &Search, state: &State, wide: f64) -> Option<Vec<f64>> {
+// How sure a parameter is.
+#[derive(Debug, Clone, Copy)]
+struct Spread {
+    // Widened by the misfit that remains, and to the spread between runs.
+    std: f64,
+    between_runs: f64,
+}
+
+fn standard_deviations(search: &Search, state: &State, wide: f64) -> Option<Vec<Spread>> {
     let equations =
         Equations::new(&state.whitener, search.problem, &state.fitted.model, &state.fitted.at, 0.0)?;
-    Some(equations.normal.variances().iter().map(|v| v.max(0.0).sqrt() * wide).collect())
+    let between = run_to_run(search.problem.form.layout(), &equations, wide);
+    let spread = |(variance, between_runs): (f64, f64)| Spread {
+        std: (variance.max(0.0).sqrt() * wide).max(between_runs),
+        between_runs,
+    };
+    Some(equations.normal.variances().into_iter().zip(between).map(spread).collect())
 }
 
 // A check run that repeats a fitted command is no unseen motion.

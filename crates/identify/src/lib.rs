@@ -17,6 +17,7 @@ mod explore;
 mod features;
 mod fitting;
 mod gates;
+mod heterogeneity;
 mod imposed;
 mod innovation;
 mod least_squares;

@@ -3,6 +3,7 @@
 use crate::colour::Whitener;
 use crate::descent::Descent;
 use crate::gates::{Evidence, Pair};
+use crate::heterogeneity::signs_differ;
 use crate::least_squares::{Normal, cross, dot, matrix};
 use crate::problem::{Candidate, Equations, Linearised, Problem, objective};
 use crate::residual::Layout;
@@ -69,28 +70,33 @@ pub(crate) fn refit(
         descent.follow_valley();
     }
     let Descent { model, own, new, at, white, best, .. } = descent;
-    let held_out = held_out(layout, &model, whitener, &at, &own, &base.white, &white)?;
+    let (strengths, orthogonal) = orthogonal(layout, &model, whitener, &at, &own)?;
+    let held_out = held_out(layout, &orthogonal, &base.white, &white);
     let pair =
         Pair { before: &base.white, after: &white, raw_before: &base.at.residual, raw_after: &at.residual };
     let tension = base.model.penalty() - model.penalty();
     let evidence = Evidence::of(layout, &pair, tension, trial.parameters, &held_out, channel_std);
     let refused = impossible(&base.model, &model, &own, added)
         .or_else(|| shorter_than_a_sample(&model, &own, layout.period))
+        .or_else(|| {
+            let [only] = strengths.as_slice() else { return None };
+            let value = model.p[model.unknowns[*only].position];
+            signs_differ(layout, &orthogonal, &white, value, evidence.temper)
+                .then(|| "its sign differs from run to run".to_owned())
+        })
         .or_else(|| vague(problem, whitener, &model, &at, &own, new));
     let fitted = Fitted { model, at, white, objective: best };
     Some(Refit { trial: trial.clone(), fitted, evidence, refused })
 }
 
-// Per fold: ‖r₀‖² − ‖r₁ − Z⊥ δ‖², with δ the candidate's change of strengths when the fold is left out.
-fn held_out(
+// A candidate's strengths, and their whitened columns free of what the other parameters imitate.
+fn orthogonal(
     layout: &Layout,
     model: &Candidate,
     whitener: &Whitener,
     at: &Linearised,
     own: &[usize],
-    before: &[f64],
-    after: &[f64],
-) -> Option<Vec<f64>> {
+) -> Option<(Vec<usize>, faer::Mat<f64>)> {
     let of_shape = |shape: bool| own.iter().copied().filter(move |&k| model.unknowns[k].shape == shape);
     let mut strengths: Vec<usize> = of_shape(false).collect();
     if strengths.is_empty() {
@@ -111,7 +117,12 @@ fn held_out(
         let share = Normal::new(&a)?.solve_many(&cross(&j, &orthogonal));
         orthogonal -= &j * share;
     }
-    let k = strengths.len();
+    Some((strengths, orthogonal))
+}
+
+// Per fold: ‖r₀‖² − ‖r₁ − Z⊥ δ‖², with δ the candidate's change of strengths when the fold is left out.
+fn held_out(layout: &Layout, orthogonal: &faer::Mat<f64>, before: &[f64], after: &[f64]) -> Vec<f64> {
+    let k = orthogonal.ncols();
     let mut folds = vec![(faer::Mat::<f64>::zeros(k, k), vec![0.0; k], 0.0); layout.folds];
     for row in 0..layout.len {
         let (s, b, gain) = &mut folds[layout.fold[row]];
@@ -135,7 +146,7 @@ fn held_out(
         let quadratic: f64 = (0..k).map(|i| (0..k).map(|l| d[i] * s[(i, l)] * d[l]).sum::<f64>()).sum();
         gain + 2.0 * dot(&d, b) - quadratic
     };
-    Some(folds.iter().map(left_out).collect())
+    folds.iter().map(left_out).collect()
 }
 
 // A strength that its own error covers is no effect: the rest of the model had not settled.

@@ -96,6 +96,7 @@ fn fit() -> Fit {
     let parameter = ParameterReport {
         name: "joint_2.coulomb".into(),
         value: 1.503,
+        between_runs: 0.0,
         std: 0.012,
         unit: "N·m".into(),
         low: 1.479,

@@ -93,7 +93,9 @@ fn tell_clock(run: &Run, misfits: &[&Compared]) -> Note {
             percent(worst),
             joints.join(", ")
         ),
-        help: "log the time stamps of the controller, not those of the reader".into(),
+        help:
+            "rebuild the clock from the velocities with --rebuild-clock, or log the controller's time stamps"
+                .into(),
     }
 }
 
