@@ -182,8 +182,10 @@ pub(crate) fn report(
 // Named effects whose strength depends on the run: perhaps on temperature, load or something else that changed.
 fn differences(search: &Search, state: &State) -> Vec<Finding> {
     let reports = parameters(search, state, widening(search, state));
-    let named = reports.into_iter().filter(|(e, _)| state.accepted.iter().any(|a| a.effect == *e));
+    let strengths = reports.into_iter().zip(&state.fitted.model.unknowns).filter(|(_, u)| !u.shape);
+    let named = strengths.filter(|((e, _), _)| state.accepted.iter().any(|a| a.effect == *e));
     named
+        .map(|(report, _)| report)
         .filter(|(_, r)| r.differs_between_runs())
         .map(|(effect, r)| {
             let spec = &state.fitted.model.specs[effect];

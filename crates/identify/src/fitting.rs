@@ -279,7 +279,7 @@ pub(crate) fn parameters(search: &Search, state: &State, wide: f64) -> Vec<(usiz
                 unit = of_slide(&unit);
             }
             let note = note(u.pull(model.p[u.position]).sqrt(), model.p[u.position], range)
-                .or_else(|| differs(between_runs, value));
+                .or_else(|| if u.shape { None } else { differs(between_runs, value) });
             let name = format!("{}.{}", active.spec.place, parameter.label());
             (u.id.effect, ParameterReport { name, value, std, between_runs, unit, low, high, start, note })
         })
