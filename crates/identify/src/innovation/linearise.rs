@@ -28,6 +28,9 @@ pub(super) struct Along {
     pub mobility: Vec<Vec<f64>>,
 }
 
+// Inertia of a motor of which none is stated, as a share of its link's.
+const LEAST_ROTOR: f64 = 0.01;
+
 // Directions of the derivatives: all motor positions, velocities, all link positions, velocities.
 const MOTOR: [usize; 2] = [0, 1];
 const LINK: [usize; 2] = [2, 3];
@@ -131,7 +134,7 @@ impl Dual<'_> {
             (linear.motor[1], linear.link[1]) = (mobility, mobility);
             return linear;
         }
-        let rotor = self.dynamics.coefficients().rotor[dof].value.max(1e-12);
+        let rotor = self.dynamics.coefficients().rotor[dof].value.max(LEAST_ROTOR / mobility);
         let link = (self.out.tau_j[dof] + self.dynamics.link_force()[dof]).derivative;
         linear.a[2][3] = 1.0;
         for s in 0..4 {
