@@ -19,6 +19,9 @@ pub struct Arm {
     pub speed: f64,
 }
 
+/// Motor turns a joint turn of every arm.
+pub(crate) const GEAR_RATIO: f64 = 50.0;
+
 impl Arm {
     /// The arms of the suite, by the number of their joints.
     pub fn of_joints(joints: usize) -> Option<Self> {
@@ -126,7 +129,7 @@ fn spring(stiffness: f64, damping: f64, rotor_inertia: f64) -> JointSettings {
         stiffness: Some(stiffness),
         damping,
         rotor_inertia,
-        gear_ratio: Some(50.0),
+        gear_ratio: Some(GEAR_RATIO),
         ..JointSettings::default()
     }
 }

@@ -11,6 +11,7 @@ use sinew_simulate::{
 };
 
 use crate::hidden::How;
+use crate::robots::GEAR_RATIO;
 use crate::{Arm, Hidden};
 
 /// How well a case is measured.
@@ -24,7 +25,6 @@ pub struct Conditions {
 
 // Encoder steps, rad: 17 bit a joint turn.
 const STEP_17_BIT: f64 = std::f64::consts::TAU / 131_072.0;
-const GEAR_RATIO: f64 = 50.0;
 
 impl Conditions {
     /// Motor encoders of 17 bit a motor turn, link encoders.

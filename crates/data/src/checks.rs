@@ -11,6 +11,8 @@ mod time;
 mod velocity;
 mod wording;
 
+pub(crate) use velocity::pairs;
+
 use crate::note::Note;
 use crate::run::Run;
 

@@ -1,7 +1,9 @@
 //! A log that was polled by another clock than the robot's: the true clock from positions and velocities.
 
-use crate::run::Run;
-use crate::{Note, Quantity, Severity};
+use crate::checks::pairs;
+use crate::run::{Run, Signal};
+use crate::statistics::median;
+use crate::{Note, Severity};
 
 /// The run with its clock rebuilt from how far the joints moved between rows, and a note of what was changed; none
 /// without logged velocities, or if the joints never move enough to tell.
@@ -34,7 +36,7 @@ use crate::{Note, Quantity, Severity};
 /// # Ok::<(), sinew_data::DataError>(())
 /// ```
 pub fn rebuild_clock(run: &Run) -> Option<(Run, Note)> {
-    let pairs = moving_pairs(run);
+    let pairs = weighed(run);
     let steps: Vec<Option<f64>> = (1..run.time.len()).map(|k| motion_time(&pairs, k, run.period())).collect();
     let tick = tick(&steps, run.period())?;
     let mut time = vec![run.time[0]];
@@ -92,38 +94,22 @@ impl Pair<'_> {
     }
 }
 
-fn moving_pairs(run: &Run) -> Vec<Pair<'_>> {
-    let sides = [
-        (Quantity::MotorPosition, Quantity::MotorVelocity),
-        (Quantity::JointPosition, Quantity::JointVelocity),
-    ];
-    let mut pairs: Vec<Pair> = Vec::new();
-    for joint in run.joints() {
-        for (position, velocity) in sides {
-            if let (Some(q), Some(qd)) = (run.signal(position, joint), run.signal(velocity, joint)) {
-                pairs.push(Pair { q: &q.values, qd: &qd.values, weight: 1.0 });
-            }
-        }
-    }
-    // Noise of a step: what whole sample periods leave of it, whichever their number.
-    let period = run.period();
-    for pair in &mut pairs {
-        let left = |k: usize| {
-            let (speed, step) = (pair.speed(k), pair.step(k));
-            let ticks = if speed == 0.0 { 1.0 } else { (step / (speed * period)).round().clamp(0.0, 3.0) };
-            step - ticks * speed * period
-        };
-        let steps: Vec<f64> = (1..run.time.len()).map(left).collect();
-        let noise = (1.4826 * median_size(steps)).max(1e-12);
-        pair.weight = 1.0 / (noise * noise);
-    }
-    pairs
+// Every joint's pair, weighed by the noise of a step: what whole sample periods leave of it, whichever their number.
+fn weighed(run: &Run) -> Vec<Pair<'_>> {
+    pairs(run).into_iter().map(|signals| weighed_pair(run, signals)).collect()
 }
 
-fn median_size(values: Vec<f64>) -> f64 {
-    let mut sizes: Vec<f64> = values.into_iter().map(f64::abs).collect();
-    sizes.sort_by(f64::total_cmp);
-    sizes.get(sizes.len() / 2).copied().unwrap_or(0.0)
+fn weighed_pair<'a>(run: &Run, [q, qd]: [&'a Signal; 2]) -> Pair<'a> {
+    let period = run.period();
+    let mut pair = Pair { q: &q.values, qd: &qd.values, weight: 1.0 };
+    let left = |k: usize| {
+        let (speed, step) = (pair.speed(k), pair.step(k));
+        let ticks = if speed == 0.0 { 1.0 } else { (step / (speed * period)).round().clamp(0.0, 3.0) };
+        (step - ticks * speed * period).abs()
+    };
+    let noise = (1.4826 * median((1..run.time.len()).map(left).collect())).max(1e-12);
+    pair.weight = 1.0 / (noise * noise);
+    pair
 }
 
 // Standard deviations of the time that must fit into half a sample period.

@@ -1,7 +1,7 @@
 //! What every search begins with: runs made ready, checked, and the residual that suits them.
 
 use sinew_data::Run;
-use sinew_effect::{Catalogue, Sensor};
+use sinew_effect::Catalogue;
 use sinew_model::Robot;
 use sinew_plant::Plant;
 
@@ -10,10 +10,8 @@ use crate::comparison::Prepared;
 use crate::innovation::Innovation;
 use crate::options::Residual;
 use crate::problem::Problem;
-use crate::record::Channel;
 use crate::report::Finding;
 use crate::residual::ResidualForm;
-use crate::scale::Scales;
 use crate::search::Search;
 use crate::{IdentifyError, Options};
 
@@ -56,13 +54,11 @@ fn chosen(
     prepared: &Prepared,
     options: &Options,
 ) -> Result<Option<Innovation>, IdentifyError> {
-    let scales = Scales::of(runs, options);
     let wanted = match options.residual {
         Some(residual) => residual == Residual::Innovation,
-        None => unsuited(prepared, &scales).is_none(),
+        None => unsuited(prepared).is_none(),
     };
-    let sensors = &prepared.sensors;
-    let form = wanted.then(|| Innovation::new(robot, runs, sensors, scales)).flatten();
+    let form = wanted.then(|| Innovation::new(robot, runs, &prepared.sensors, prepared.scales)).flatten();
     if form.is_none() && options.residual == Some(Residual::Innovation) {
         return Err(IdentifyError::Question {
             what: "the innovation residual needs the motor torque of every joint that moves".to_owned(),
@@ -77,31 +73,24 @@ fn chosen(
 }
 
 // Why the innovation residual does not suit the runs; none if it does.
-fn unsuited(prepared: &Prepared, scales: &Scales) -> Option<&'static str> {
-    let sensors = &prepared.sensors;
-    let moving = (0..sensors.imposed.len()).filter(|&dof| sensors.imposed[dof].is_some());
-    let torque = |dof| sensors.channels.contains(&Channel { sensor: Sensor::MotorTorque, dof });
-    let joints = moving.clone().count();
+fn unsuited(prepared: &Prepared) -> Option<&'static str> {
+    let (sensors, scales) = (&prepared.sensors, &prepared.scales);
+    let joints = sensors.imposed.iter().flatten().count();
     if 1.0 / scales.period < 0.99 * FAST {
-        Some("the log is too slow for torque noise to show in it sample by sample")
-    } else if sensors.channels.iter().any(|c| c.sensor == Sensor::JointTorque) {
-        Some("the log has torques of joints")
-    } else if !moving.clone().all(torque) {
-        Some("not every joint that moves has a motor torque")
-    } else if joints > FEW_JOINTS && scales.smooth as f64 * scales.period > COARSE {
-        Some("the encoders are coarse for so many joints")
-    } else {
-        None
+        return Some("the log is too slow for torque noise to show in it sample by sample");
     }
+    let coarse = scales.smooth as f64 * scales.period > COARSE;
+    let too_coarse = joints > FEW_JOINTS && coarse;
+    Innovation::impossible(sensors).or(too_coarse.then_some("the encoders are coarse for so many joints"))
 }
 
 /// Which residual a search looks at, and why.
-pub(crate) fn residual_told(search: &Search, prepared: &Prepared, runs: &[Run]) -> String {
+pub(crate) fn residual_told(search: &Search, prepared: &Prepared) -> String {
     let options = search.problem.options;
     let name = if search.problem.form.is_white() { "innovation" } else { "imposed" };
     let why = match options.residual {
         Some(_) => "as asked",
-        None => unsuited(prepared, &Scales::of(runs, options))
+        None => unsuited(prepared)
             .unwrap_or("motor torque and encoders at 500 Hz or more: their noise is treated together"),
     };
     let noise = search.problem.form.reference().map_or(String::new(), |reference| {

@@ -66,6 +66,11 @@ impl Whitener {
         out
     }
 
+    /// The reachable floor of every channel.
+    pub fn floors(&self) -> Vec<f64> {
+        self.channels.iter().map(|c| c.floor).collect()
+    }
+
     /// Whitened columns.
     pub fn apply_all(&self, layout: &Layout, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
         columns.iter().map(|c| self.apply(layout, c)).collect()

@@ -132,6 +132,7 @@ pub(crate) fn as_given(search: &Search, floors: &[f64]) -> Result<(Comparison, V
 pub(crate) struct Prepared {
     pub records: Vec<Record>,
     pub sensors: Sensors,
+    pub scales: Scales,
 }
 
 impl Prepared {
@@ -150,7 +151,7 @@ impl Prepared {
     ) -> Result<Self, IdentifyError> {
         let records =
             runs.iter().map(|run| Record::new(robot, run, &sensors, scales)).collect::<Result<_, _>>()?;
-        Ok(Self { records, sensors })
+        Ok(Self { records, sensors, scales })
     }
 
     pub fn form(&self, robot: &Robot) -> Imposed<'_> {

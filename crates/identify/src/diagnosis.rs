@@ -10,7 +10,7 @@ use crate::analysis::{analysed, residual_told};
 use crate::base::scope;
 use crate::comparison::as_given;
 use crate::explore::{Explored, explore, widening};
-use crate::fitting::{ParameterReport, parameters};
+use crate::fitting::{ParameterReport, Reported, parameters};
 use crate::gates::Evidence;
 use crate::limits::{DetectionLimit, limits};
 use crate::report::{Finding, Refusal, Verdict};
@@ -118,7 +118,7 @@ pub fn diagnose(
         findings.splice(0..0, suspicions);
         let explored = explore(search, base, None)?;
         let scope = scope(robot, &prepared.sensors, runs);
-        let scope = format!("{scope}; {}", residual_told(search, prepared, runs));
+        let scope = format!("{scope}; {}", residual_told(search, prepared));
         report(search, &explored, findings, scope)
     })
 }
@@ -131,13 +131,14 @@ pub(crate) fn report(
     scope: String,
 ) -> Result<Diagnosis, IdentifyError> {
     let state = &explored.state;
-    let findings =
-        clocks(search, state).into_iter().chain(differences(search, state)).chain(findings).collect();
+    let reports = parameters(search, state, widening(search, state));
+    let own = clocks(search, state, &reports).into_iter().chain(differences(state, &reports));
+    let findings = own.chain(findings).collect();
     let channels = channels(search, state);
     let mut verdict = word(&channels, state.accepted.len());
     let unfinished = matches!(verdict, Verdict::PartlyExplained | Verdict::Unexplained);
     let mut candidates: Vec<CandidateReport> =
-        state.accepted.iter().map(|entry| candidate(search, state, entry, unfinished)).collect();
+        state.accepted.iter().map(|entry| candidate(search, state, &reports, entry, unfinished)).collect();
     // A name on so few blocks may rest on their chances: surrogates of the log tell.
     let few = search.problem.form.layout().blocks < FEWEST_BLOCKS;
     let mut scope = scope;
@@ -180,17 +181,15 @@ pub(crate) fn report(
 }
 
 // Named effects whose strength depends on the run: perhaps on temperature, load or something else that changed.
-fn differences(search: &Search, state: &State) -> Vec<Finding> {
-    let reports = parameters(search, state, widening(search, state));
-    let strengths = reports.into_iter().zip(&state.fitted.model.unknowns).filter(|(_, u)| !u.shape);
+fn differences(state: &State, reports: &[Reported]) -> Vec<Finding> {
+    let strengths = reports.iter().zip(&state.fitted.model.unknowns).filter(|(_, u)| !u.shape);
     let named = strengths.filter(|((e, _), _)| state.accepted.iter().any(|a| a.effect == *e));
     named
         .map(|(report, _)| report)
-        .filter(|(_, r)| r.differs_between_runs())
-        .map(|(effect, r)| {
-            let spec = &state.fitted.model.specs[effect];
-            let share = 100.0 * r.between_runs / r.value.abs();
-            Finding {
+        .filter_map(|(effect, r)| {
+            let spec = &state.fitted.model.specs[*effect];
+            let share = 100.0 * r.difference()?;
+            Some(Finding {
                 joint: spec.place.to_string(),
                 signal: String::new(),
                 regime: "runs".to_owned(),
@@ -199,23 +198,22 @@ fn differences(search: &Search, state: &State) -> Vec<Finding> {
                     spec.kind, r.name
                 ),
                 share: 0.0,
-            }
+            })
         })
         .collect()
 }
 
 // Two encoders of one joint that are not read at the same instant: told before anything else.
-fn clocks(search: &Search, state: &State) -> Vec<Finding> {
-    let reports = parameters(search, state, widening(search, state));
+fn clocks(search: &Search, state: &State, reports: &[Reported]) -> Vec<Finding> {
     let period = search.records.iter().map(|r| r.scales.period).fold(0.0, f64::max);
     reports
-        .into_iter()
+        .iter()
         .filter(|(effect, r)| {
             let skew = state.fitted.model.specs[*effect].kind == "time_skew";
             skew && r.value.abs() > CLOCK_SHARE * period && r.value.abs() > 4.0 * r.std
         })
         .map(|(effect, r)| {
-            let joint = state.fitted.model.specs[effect].place.to_string();
+            let joint = state.fitted.model.specs[*effect].place.to_string();
             let (late, size) = (if r.value > 0.0 { "after" } else { "before" }, 1e3 * r.value.abs());
             Finding {
                 statement: format!(
@@ -236,17 +234,20 @@ const FEWEST_BLOCKS: usize = 12;
 // A clock error is told if it is this share of a sample period.
 const CLOCK_SHARE: f64 = 0.3;
 
-fn candidate(search: &Search, state: &State, entry: &Entry, unfinished: bool) -> CandidateReport {
+fn candidate(
+    search: &Search,
+    state: &State,
+    reports: &[Reported],
+    entry: &Entry,
+    unfinished: bool,
+) -> CandidateReport {
     let before = state.accepted.iter().take_while(|a| a.trial.label() != entry.trial.label());
     let earlier = before.filter(|a| a.trial.place == entry.trial.place).count();
     // What explains more than half of an error is no stand-in for what remains.
     let unfinished = unfinished && entry.evidence.explained < 0.5;
     let probability = probability(entry, unfinished, earlier);
-    let own: Vec<ParameterReport> = parameters(search, state, widening(search, state))
-        .into_iter()
-        .filter(|(effect, _)| *effect == entry.effect)
-        .map(|(_, report)| report)
-        .collect();
+    let own = reports.iter().filter(|(effect, _)| *effect == entry.effect);
+    let own: Vec<ParameterReport> = own.map(|(_, report)| report.clone()).collect();
     CandidateReport {
         effect: entry.trial.card.name.to_owned(),
         place: entry.trial.place.to_string(),

@@ -184,8 +184,7 @@ fn error(search: &Search, state: &State, unseen: Option<&Unseen>) -> f64 {
     if let Some(unseen) = unseen {
         return unseen.total(&state.fitted.model);
     }
-    let floors: Vec<f64> = state.whitener.channels.iter().map(|c| c.floor).collect();
-    crate::comparison::total(search, &state.fitted.at.residual, &floors)
+    crate::comparison::total(search, &state.fitted.at.residual, &state.whitener.floors())
 }
 
 /// The model of `state` without its accepted effect number `k`.

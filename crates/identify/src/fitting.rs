@@ -15,7 +15,6 @@ use crate::heterogeneity::run_to_run;
 use crate::problem::{Candidate, Equations, Problem};
 use crate::refit::{Base, refit};
 use crate::report::Verdict;
-use crate::scale::Scales;
 use crate::screen::Screen;
 use crate::search::{Search, State, taken};
 use crate::{IdentifyError, Options};
@@ -61,10 +60,16 @@ pub struct ParameterReport {
 }
 
 impl ParameterReport {
-    /// True if it differs between runs by more than a quarter of itself: something that changed drives it.
-    pub fn differs_between_runs(&self) -> bool {
-        self.between_runs > MOST_DIFFERENT * self.value.abs()
+    /// By how much it differs between runs as a share of itself, where that is more than a quarter: something that
+    /// changed drives it.
+    pub fn difference(&self) -> Option<f64> {
+        difference(self.between_runs, self.value)
     }
+}
+
+fn difference(between_runs: f64, value: f64) -> Option<f64> {
+    let share = between_runs / value.abs();
+    (value != 0.0 && share > MOST_DIFFERENT).then_some(share)
 }
 
 // Share of itself by which a constant of a robot may differ between runs.
@@ -150,8 +155,7 @@ fn work(
         let options = search.problem.options;
         let base = search.base(prepared.base_specs(robot, catalogue))?;
         let floors = search.floors_told(&base)?;
-        let scales = Scales::of(runs, options);
-        let unseen_runs = Prepared::with(robot, check, prepared.sensors.clone(), scales)?;
+        let unseen_runs = Prepared::with(robot, check, prepared.sensors.clone(), prepared.scales)?;
         let unseen_form = unseen_runs.form(robot);
         let unseen_problem = Problem { robot, catalogue, form: &unseen_form, options };
         let unseen_search = Search::new(&unseen_problem, &unseen_runs.records, &unseen_runs.sensors);
@@ -177,7 +181,7 @@ fn work(
         let mut steps = vec![step(Vec::new(), &given_residual, given_unseen.as_ref())];
         steps.extend(explored.rungs.iter().map(|r| step(r.added.clone(), &r.residual, r.unseen.as_ref())));
         let scope = scope(robot, &prepared.sensors, runs);
-        let scope = format!("{scope}; {}", residual_told(search, prepared, runs));
+        let scope = format!("{scope}; {}", residual_told(search, prepared));
         let diagnosis = report(search, &explored, given.findings, scope)?;
         Ok(finished(search, explored, diagnosis, steps, runs, check))
     })
@@ -251,8 +255,11 @@ fn added(search: &mut Search, state: State, spec: &EffectSpec) -> Result<State, 
     search.settled_anew(model, at, accepted)
 }
 
+/// A parameter with the number of the effect it belongs to.
+pub(crate) type Reported = (usize, ParameterReport);
+
 /// Every unknown of a fitted model, with the effect it belongs to.
-pub(crate) fn parameters(search: &Search, state: &State, wide: f64) -> Vec<(usize, ParameterReport)> {
+pub(crate) fn parameters(search: &Search, state: &State, wide: f64) -> Vec<Reported> {
     let model = &state.fitted.model;
     let stds = standard_deviations(search, state, wide)
         .unwrap_or_else(|| vec![Spread { std: f64::NAN, between_runs: 0.0 }; model.unknowns.len()]);
@@ -278,8 +285,10 @@ pub(crate) fn parameters(search: &Search, state: &State, wide: f64) -> Vec<(usiz
             if slides(model.plant.model(), &active.spec.place) {
                 unit = of_slide(&unit);
             }
-            let note = note(u.pull(model.p[u.position]).sqrt(), model.p[u.position], range)
-                .or_else(|| if u.shape { None } else { differs(between_runs, value) });
+            let note = note(u.pull(model.p[u.position]).sqrt(), model.p[u.position], range).or_else(|| {
+                let share = difference(between_runs, value).filter(|_| !u.shape)?;
+                Some(format!("differs between runs by ± {:.0} % of itself", 100.0 * share))
+            });
             let name = format!("{}.{}", active.spec.place, parameter.label());
             (u.id.effect, ParameterReport { name, value, std, between_runs, unit, low, high, start, note })
         })
@@ -294,12 +303,6 @@ fn note(pull: f64, value: f64, range: (f64, f64)) -> Option<String> {
     } else {
         None
     }
-}
-
-fn differs(between_runs: f64, value: f64) -> Option<String> {
-    let share = between_runs / value.abs();
-    (value != 0.0 && share > MOST_DIFFERENT)
-        .then(|| format!("differs between runs by ± {:.0} % of itself", 100.0 * share))
 }
 
 fn slides(model: &Model, place: &Place) -> bool {

@@ -25,19 +25,11 @@ pub(crate) fn run_to_run(layout: &Layout, equations: &Equations, widening: f64) 
     let j = matrix(&equations.columns);
     let inverse = equations.normal.solve_many(&Mat::<f64>::identity(count, count));
     let z = &j * &inverse;
-    let own = run_of_rows(layout);
-    (0..count)
-        .map(|i| {
-            let scale = inverse[(i, i)].max(1e-300);
-            let mut sums = vec![(0.0, 0.0); runs];
-            for (row, &run) in own.iter().enumerate() {
-                let z = z[(row, i)] / scale;
-                sums[run].0 += z * equations.residual[row];
-                sums[run].1 += z * z;
-            }
-            spread(&estimates(&sums, widening))
-        })
-        .collect()
+    let of = |i: usize| {
+        let scale = inverse[(i, i)].max(1e-300);
+        spread(&estimates(layout, runs, |row| z[(row, i)] / scale, &equations.residual, widening))
+    };
+    (0..count).map(of).collect()
 }
 
 /// True if runs contradict each other about the sign of a strength of this value; `column`: its whitened derivative,
@@ -53,17 +45,14 @@ pub(crate) fn signs_differ(
     if runs < 2 {
         return false;
     }
-    let mut sums = vec![(0.0, 0.0); runs];
-    for (row, run) in run_of_rows(layout).into_iter().enumerate() {
-        let z = column[(row, 0)];
-        sums[run].0 += z * residual[row];
-        sums[run].1 += z * z;
-    }
     let sure = |(delta, var): &(f64, f64)| {
         let strength = value + delta;
         (strength.abs() > SURE * var.sqrt()).then_some(strength > 0.0)
     };
-    let signs: Vec<bool> = estimates(&sums, temper.sqrt()).iter().filter_map(sure).collect();
+    let signs: Vec<bool> = estimates(layout, runs, |row| column[(row, 0)], residual, temper.sqrt())
+        .iter()
+        .filter_map(sure)
+        .collect();
     signs.contains(&true) && signs.contains(&false)
 }
 
@@ -74,16 +63,22 @@ fn runs_of(layout: &Layout) -> usize {
     layout.segments.iter().map(|s| s.record + 1).max().unwrap_or(0)
 }
 
-fn run_of_rows(layout: &Layout) -> Vec<usize> {
-    let mut own = vec![0; layout.len];
+// δ and its variance, of the runs that say anything; z: the derivative at each row.
+fn estimates(
+    layout: &Layout,
+    runs: usize,
+    z: impl Fn(usize) -> f64,
+    residual: &[f64],
+    widening: f64,
+) -> Vec<(f64, f64)> {
+    let mut sums = vec![(0.0, 0.0); runs];
     for segment in &layout.segments {
-        own[segment.first..segment.first + segment.len].fill(segment.record);
+        let (top, square) = &mut sums[segment.record];
+        for row in segment.first..segment.first + segment.len {
+            *top += z(row) * residual[row];
+            *square += z(row) * z(row);
+        }
     }
-    own
-}
-
-// δ and its variance, of the runs that say anything.
-fn estimates(sums: &[(f64, f64)], widening: f64) -> Vec<(f64, f64)> {
     let seen = sums.iter().filter(|(_, square)| *square > 0.0);
     seen.map(|(top, square)| (top / square, widening * widening / square)).collect()
 }

@@ -59,25 +59,37 @@ const ROUNDS: usize = 5;
 const SETTLED_NOISE: f64 = 0.15;
 
 impl Innovation {
-    /// The form for runs whose every moving joint has a motor torque, about a kernel's motion to begin with; none if
-    /// some joint lacks it.
+    /// Why runs with these sensors have no such residual; none if they have one.
+    pub fn impossible(sensors: &Sensors) -> Option<&'static str> {
+        let has = |channel| sensors.channels.contains(&channel);
+        let moving = || (0..sensors.imposed.len()).filter(|&dof| sensors.imposed[dof].is_some());
+        if sensors.channels.iter().any(|c| c.sensor == Sensor::JointTorque) {
+            Some("the log has torques of joints")
+        } else if !moving().all(|dof| has(Channel { sensor: Sensor::MotorTorque, dof })) {
+            Some("not every joint that moves has a motor torque")
+        } else if moving().count() > MOST_JOINTS {
+            Some("more joints move than are coupled")
+        } else {
+            None
+        }
+    }
+
+    /// The form about a kernel's motion to begin with; none where it is impossible.
     pub fn new(robot: &Robot, runs: &[Run], sensors: &Sensors, scales: Scales) -> Option<Self> {
-        let channels = sensors.channels.clone();
-        let find = |sensor, dof| channels.iter().position(|c| *c == Channel { sensor, dof });
-        let moving = (0..sensors.imposed.len()).filter(|&dof| sensors.imposed[dof].is_some());
-        let joints: Vec<JointChannels> = moving
-            .map(|dof| {
-                let torque = find(Sensor::MotorTorque, dof)?;
-                Some(JointChannels { dof, torque, position: find(Sensor::JointPosition, dof) })
-            })
-            .collect::<Option<_>>()?;
-        if joints.len() > MOST_JOINTS || channels.iter().any(|c| c.sensor == Sensor::JointTorque) {
+        if Self::impossible(sensors).is_some() {
             return None;
         }
+        let channels = sensors.channels.clone();
+        let find = |sensor, dof| channels.iter().position(|c| *c == Channel { sensor, dof });
+        let joint = |dof| {
+            let torque = find(Sensor::MotorTorque, dof)?;
+            Some(JointChannels { dof, torque, position: find(Sensor::JointPosition, dof) })
+        };
+        let joints = (0..sensors.imposed.len()).filter_map(joint).collect();
         let (runs, motions): (Vec<Even>, Vec<Motion>) =
             runs.iter().map(|run| Even::new(robot, run, sensors, scales)).unzip();
         let records: Vec<Record> =
-            runs.iter().zip(&motions).map(|(run, motion)| run.record(motion, None)).collect();
+            runs.iter().zip(&motions).map(|(run, motion)| run.record(motion)).collect();
         let layout = Layout::of(&records, &channels, TRANSIENT);
         let reference =
             Reference { records, smooth: Vec::new(), measured: Vec::new(), torque_noise: Vec::new() };
@@ -173,7 +185,7 @@ impl<'a> Pass<'a> {
             .par_iter()
             .zip(motions)
             .map(|(run, motion)| {
-                let record = run.record(motion, None);
+                let record = run.record(motion);
                 let along = along(plant, p, &record, &form.channels);
                 let system = form.system(run, &along);
                 (record, along, system)

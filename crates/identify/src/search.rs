@@ -54,6 +54,13 @@ impl State {
     }
 }
 
+// What is offered to a model, and the noise that all of it would leave.
+struct Saturated {
+    trials: Vec<Trial>,
+    columns: Columns,
+    whitener: Whitener,
+}
+
 /// An accepted effect.
 #[derive(Debug, Clone)]
 pub(crate) struct Accepted {
@@ -138,19 +145,6 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// A model as this search sees it, nothing fitted.
-    pub fn restated(&self, model: &Candidate) -> Result<State, IdentifyError> {
-        let model = model.again(self.problem)?;
-        let at = model.linearise(self.problem);
-        let trials = self.offered(&model, &at.residual);
-        let columns = all_columns(self.problem, &model, &at.residual, &trials);
-        let flat: Vec<Vec<f64>> = columns.iter().flatten().flatten().cloned().collect();
-        let whitener = self.noise(&model, &at.residual, &[&at.columns, &flat]);
-        let fitted = Fitted::of(self.problem.form.layout(), &whitener, model, at);
-        let reference = self.problem.form.reference();
-        Ok(State { fitted, whitener, accepted: Vec::new(), trials, columns, stated: None, reference })
-    }
-
     /// The same search for another problem on the same runs.
     pub fn on<'b>(&self, problem: &'b Problem<'b>) -> Search<'b>
     where
@@ -178,20 +172,24 @@ impl<'a> Search<'a> {
     /// The reachable floor of every channel: what a fit of everything the catalogue offers would leave.
     pub fn floors(&self, specs: Vec<EffectSpec>) -> Result<Vec<f64>, IdentifyError> {
         let (model, at) = self.fitted(specs, 5)?;
-        let trials = self.offered(&model, &at.residual);
-        let columns = all_columns(self.problem, &model, &at.residual, &trials);
-        let flat: Vec<Vec<f64>> = columns.into_iter().flatten().flatten().collect();
-        let whitener = self.noise(&model, &at.residual, &[&at.columns, &flat]);
-        Ok(whitener.channels.iter().map(|c| c.floor).collect())
+        Ok(self.saturated(&model, &at).whitener.floors())
     }
 
     /// The reachable floors about a state, in the rows in which errors are told.
     pub fn floors_told(&self, state: &State) -> Result<Vec<f64>, IdentifyError> {
-        let floors = |state: &State| state.whitener.channels.iter().map(|c| c.floor).collect();
-        match self.yardstick {
-            Some(other) => other.restated(&state.fitted.model).map(|s| floors(&s)),
-            None => Ok(floors(state)),
-        }
+        let Some(other) = self.yardstick else { return Ok(state.whitener.floors()) };
+        let model = state.fitted.model.again(other.problem)?;
+        let at = model.linearise(other.problem);
+        Ok(other.saturated(&model, &at).whitener.floors())
+    }
+
+    // The noise about a model, from a saturated regression over everything that is offered to it.
+    fn saturated(&self, model: &Candidate, at: &crate::problem::Linearised) -> Saturated {
+        let trials = self.offered(model, &at.residual);
+        let columns = all_columns(self.problem, model, &at.residual, &trials);
+        let flat: Vec<Vec<f64>> = columns.iter().flatten().flatten().cloned().collect();
+        let whitener = self.noise(model, &at.residual, &[&at.columns, &flat]);
+        Saturated { trials, columns, whitener }
     }
 
     fn fitted(
@@ -239,10 +237,7 @@ impl<'a> Search<'a> {
         accepted: Vec<Accepted>,
     ) -> Result<State, IdentifyError> {
         let layout = self.problem.form.layout();
-        let trials = self.offered(&model, &at.residual);
-        let columns = all_columns(self.problem, &model, &at.residual, &trials);
-        let flat: Vec<Vec<f64>> = columns.iter().flatten().flatten().cloned().collect();
-        let whitener = self.noise(&model, &at.residual, &[&at.columns, &flat]);
+        let Saturated { trials, columns, whitener } = self.saturated(&model, &at);
         let at = refine(self.problem, &mut model, &whitener, 6);
         let fitted = Fitted::of(layout, &whitener, model, at);
         let stated = self.stated(&fitted.model, &whitener, &trials)?;

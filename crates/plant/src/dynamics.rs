@@ -1,6 +1,8 @@
 //! A plant with one set of parameters, in one kind of number, ready to be evaluated along a run.
 
-use sinew_effect::{Act, Actuation, At, Call, Coefficients, Deflection, Kind, Reading, Relaxation, Sensor};
+use sinew_effect::{
+    Act, Actuation, At, Call, Coefficients, Deflection, Derivative, Kind, Reading, Relaxation, Sensor,
+};
 use sinew_model::Scalar;
 use sinew_rigid::{Bodies, Scratch};
 
@@ -31,6 +33,21 @@ impl<S: Scalar> LinkState<S> {
             theta: zeros.clone(),
             thetad: zeros,
             z: vec![S::ZERO; plant.state_len()],
+        }
+    }
+}
+
+impl LinkState<Derivative> {
+    /// Takes the values of a state and keeps the derivatives.
+    pub fn set_values(&mut self, from: &LinkState<f64>) {
+        for (to, from) in [
+            (&mut self.q, &from.q),
+            (&mut self.qd, &from.qd),
+            (&mut self.theta, &from.theta),
+            (&mut self.thetad, &from.thetad),
+            (&mut self.z, &from.z),
+        ] {
+            to.iter_mut().zip(from).for_each(|(to, from)| to.value = *from);
         }
     }
 }

@@ -46,7 +46,7 @@ struct Compared<'a> {
 }
 
 /// Position and velocity of every joint and side that has both.
-fn pairs(run: &Run) -> Vec<[&Signal; 2]> {
+pub(crate) fn pairs(run: &Run) -> Vec<[&Signal; 2]> {
     let sides = [
         (Quantity::MotorPosition, Quantity::MotorVelocity),
         (Quantity::JointPosition, Quantity::JointVelocity),

@@ -99,15 +99,9 @@ impl Dual<'_> {
     }
 
     fn evaluate(&mut self, walk: &Walk<f64>, imposed: &[bool]) {
-        for (to, from) in [
-            (&mut self.x.q, &walk.x.q),
-            (&mut self.x.qd, &walk.x.qd),
-            (&mut self.x.theta, &walk.x.theta),
-            (&mut self.x.thetad, &walk.x.thetad),
-            (&mut self.x.z, &walk.x.z),
-            (&mut self.acceleration, &walk.acceleration),
-        ] {
-            to.iter_mut().zip(from).for_each(|(to, from)| to.value = *from);
+        self.x.set_values(&walk.x);
+        for (to, from) in self.acceleration.iter_mut().zip(&walk.acceleration) {
+            to.value = *from;
         }
         if imposed.iter().all(|i| !i) {
             return self.dynamics.gear_torque(&self.x, &self.acceleration, &mut self.out);

@@ -98,7 +98,7 @@ impl Even {
     /// The reference as a record whose grid steps are the middles of the holds, with the mean acceleration of each.
     ///
     /// θ = ½(θ_k + θ_{k+1}) + h/8 (θ̇_k − θ̇_{k+1}),   θ̇ = ½(θ̇_k + θ̇_{k+1}),   θ̈ = (θ̇_{k+1} − θ̇_k)/h
-    pub fn record(&self, motion: &Motion, reduction: Option<Arc<Innovations>>) -> Record {
+    pub fn record(&self, motion: &Motion) -> Record {
         let h = self.scales.period;
         let between = |x: &[f64], f: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
             x.windows(2).map(|pair| f(pair[0], pair[1])).collect()
@@ -127,7 +127,7 @@ impl Even {
             measured: measured.collect(),
             noise: self.noise.clone(),
             position_noise: self.theta_noise.clone(),
-            reduction: reduction.map_or(Reduction::Mean, Reduction::Innovations),
+            reduction: Reduction::Mean,
             time,
         }
     }

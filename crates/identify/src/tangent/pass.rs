@@ -97,15 +97,7 @@ impl<'a> Pass<'a> {
         (k, share): (usize, f64),
         instant: usize,
     ) {
-        for (to, from) in [
-            (&mut self.x.q, &walk.x.q),
-            (&mut self.x.qd, &walk.x.qd),
-            (&mut self.x.theta, &walk.x.theta),
-            (&mut self.x.thetad, &walk.x.thetad),
-            (&mut self.x.z, &walk.x.z),
-        ] {
-            to.iter_mut().zip(from).for_each(|(to, from)| to.value = *from);
-        }
+        self.x.set_values(&walk.x);
         let motor = MotorMotion { acceleration: &walk.acceleration, imposed: walk.imposed };
         if self.quiet {
             self.dynamics.steady_gears(at, &mut self.out);
