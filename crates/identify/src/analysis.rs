@@ -29,7 +29,7 @@ pub(crate) fn analysed<T>(
     let prepared = Prepared::new(robot, runs, options)?;
     let suspicions = checked(robot, catalogue, runs, &prepared, options)?;
     let imposed = prepared.form(robot);
-    let problem = Problem { robot, catalogue, form: &imposed, options };
+    let problem = Problem::new(robot, catalogue, &imposed, options);
     let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);
     let Some(innovation) = chosen(robot, catalogue, runs, &prepared, options)? else {
         return work(&mut search, &prepared, suspicions);

@@ -105,7 +105,7 @@ pub fn compare(
     let prepared = Prepared::new(robot, runs, options)?;
     let suspicions = checked(robot, catalogue, runs, &prepared, options)?;
     let form = prepared.form(robot);
-    let problem = Problem { robot, catalogue, form: &form, options };
+    let problem = Problem::new(robot, catalogue, &form, options);
     let search = Search::new(&problem, &prepared.records, &prepared.sensors);
     let floors = search.floors(prepared.base_specs(robot, catalogue))?;
     let mut comparison = as_given(&search, &floors)?.0;

@@ -10,7 +10,7 @@ use crate::unknowns::Unknown;
 /// A candidate on its way down. The base's columns stay as they are; the candidate's own are computed anew, and all of
 /// them where the candidate changes the structure or is far from the base.
 pub(crate) struct Descent<'a> {
-    problem: &'a Problem<'a>,
+    problem: Problem<'a>,
     base: &'a Fitted,
     whitener: &'a Whitener,
     start: Vec<f64>,
@@ -33,13 +33,13 @@ const VALLEY_STEPS: usize = 6;
 impl<'a> Descent<'a> {
     /// At the screened strengths.
     pub fn new(
-        problem: &'a Problem<'a>,
+        problem: Problem<'a>,
         base: &'a Fitted,
         whitener: &'a Whitener,
         trial: &Trial,
         score: &Score,
     ) -> Option<Self> {
-        let (model, own) = started(problem, &base.model, trial, score)?;
+        let (model, own) = started(&problem, &base.model, trial, score)?;
         let new = matches!(&trial.how, How::New { .. });
         let structural = new && model.plant.elastic() != base.model.plant.elastic();
         let at = Linearised { residual: Vec::new(), columns: Vec::new() };
@@ -57,7 +57,7 @@ impl<'a> Descent<'a> {
     }
 
     fn evaluate(&self) -> (Vec<f64>, Vec<f64>, f64) {
-        let residual = self.model.residual(self.problem);
+        let residual = self.model.residual(&self.problem);
         let white = self.whitener.apply(self.problem.form.layout(), &residual);
         let value = objective(&white, &self.model);
         (residual, white, value)
@@ -83,11 +83,19 @@ impl<'a> Descent<'a> {
         let mut damping = 0.0;
         let mut budget = Budget::new(ITERATIONS);
         while budget.lasts() {
-            let equations = Equations::new(self.whitener, self.problem, &self.model, &self.at, damping);
+            let equations = Equations::new(self.whitener, &self.problem, &self.model, &self.at, damping);
             let Some(equations) = equations.and_then(|e| e.bounded(&self.model)) else { return };
             let before = self.model.p.clone();
             self.model.step(&equations.step);
             let (residual, white, now) = self.evaluate();
+            let misled = self.problem.is_rough()
+                && equations.misled(&self.problem, self.whitener, &self.model, self.best, now);
+            if misled {
+                self.problem = self.problem.exact();
+                self.model.p = before;
+                self.at.columns = self.columns(true);
+                continue;
+            }
             budget.spend(self.best, now);
             if !(now.is_finite() && now < self.best) {
                 self.model.p = before;
@@ -114,13 +122,13 @@ impl<'a> Descent<'a> {
 
     /// A curved valley (a gain scales every other parameter): plain Gauss–Newton steps from the screened strengths run
     /// along it, whatever the objective says on the way. Kept if they end lower.
-    pub fn follow_valley(&mut self) {
+    pub fn follow_valley(&mut self, problem: &Problem) {
         let kept = std::mem::replace(&mut self.model.p, self.start.clone());
         let arrived = (0..VALLEY_STEPS).all(|_| {
-            let at = self.model.linearise(self.problem);
+            let at = self.model.linearise(problem);
             let finite = at.residual.iter().chain(at.columns.iter().flatten()).all(|x| x.is_finite());
             let equations =
-                finite.then(|| Equations::new(self.whitener, self.problem, &self.model, &at, 0.0)).flatten();
+                finite.then(|| Equations::new(self.whitener, problem, &self.model, &at, 0.0)).flatten();
             equations.is_some_and(|e| {
                 self.model.step(&e.step);
                 true
@@ -136,15 +144,15 @@ impl<'a> Descent<'a> {
     }
 
     fn columns(&self, all: bool) -> Vec<Vec<f64>> {
-        let (form, model) = (self.problem.form, &self.model);
+        let (form, slopes, model) = (self.problem.form, self.problem.slopes, &self.model);
         if all {
             let positions: Vec<usize> = model.unknowns.iter().map(|u| u.position).collect();
-            return form.columns(&model.plant, &model.p, &positions);
+            return form.columns(&model.plant, &model.p, &positions, slopes);
         }
         let mut columns = self.base.at.columns.clone();
         let added = self.own.iter().filter(|&&k| k >= columns.len());
         let positions: Vec<usize> = added.map(|&k| model.unknowns[k].position).collect();
-        columns.extend(form.columns(&model.plant, &model.p, &positions));
+        columns.extend(form.columns(&model.plant, &model.p, &positions, slopes));
         columns
     }
 }

@@ -18,7 +18,7 @@ pub(crate) struct Unseen<'a> {
 impl Unseen<'_> {
     /// Residual rows of a model on the unseen runs.
     pub fn residual(&self, model: &Candidate) -> Vec<f64> {
-        self.search.problem.form.residual(&model.plant, &model.p)
+        model.residual(self.search.problem)
     }
     /// Error by floor over all channels.
     pub fn total(&self, model: &Candidate) -> f64 {
@@ -90,6 +90,7 @@ pub(crate) fn explore(
             break;
         }
         let Some(next) = search.accept(&state, round)? else { break };
+        let next = without_passengers(search, next, state.accepted.len(), step, unseen)?;
         let refused = unseen.map(|u| u.refused(&state, &next)).unwrap_or_default();
         if !refused.is_empty() {
             for (trial, reason) in refused {
@@ -129,54 +130,80 @@ fn pruned(
     rungs: &mut Vec<Rung>,
     unseen: Option<&Unseen>,
 ) -> Result<State, IdentifyError> {
-    let layout = search.problem.form.layout();
     let mut k = 0;
     while state.accepted.len() > 1 && k < state.accepted.len() {
-        let mut reduced = without(search.problem, &state, k)?;
-        let at = refine(search.problem, &mut reduced, &state.whitener, 3);
-        let white = state.whitener.apply(layout, &at.residual);
-        let entry = &state.accepted[k];
-        let fitted = &state.fitted;
-        let pair = Pair {
-            before: &white,
-            after: &fitted.white,
-            raw_before: &at.residual,
-            raw_after: &fitted.at.residual,
+        let Some((candidate, reason)) = superfluous(search, &state, k, unseen)? else {
+            k += 1;
+            continue;
         };
-        let mut folds = vec![0.0; layout.folds];
-        for row in 0..layout.len {
-            folds[layout.fold[row]] += white[row].powi(2) - fitted.white[row].powi(2);
-        }
-        let tension = reduced.penalty() - fitted.model.penalty();
-        let evidence =
-            Evidence::of(layout, &pair, tension, entry.trial.parameters, &folds, &search.channel_std);
-        match evidence.refused(search.problem.options, 1) {
-            Some(reason) => {
-                let trial = entry.trial.clone();
-                let mut accepted = state.accepted.clone();
-                accepted.remove(k);
-                if matches!(trial.how, How::New { .. }) {
-                    let gone = state.accepted[k].effect;
-                    for a in &mut accepted {
-                        a.effect -= usize::from(a.effect > gone);
-                    }
-                }
-                let candidate = search.settled(reduced, at, accepted)?;
-                if error(search, &candidate, unseen) > WORSE * error(search, &state, unseen) {
-                    k += 1;
-                    continue;
-                }
-                search.refuse(&trial, rungs.len(), format!("no longer needed: {reason}"));
-                search.banned.push(trial.label());
-                state = candidate;
-                let label = format!("−{}", trial.label());
-                rungs.push(rung(search, &[label], &state, unseen));
-                k = 0;
-            }
-            None => k += 1,
-        }
+        let trial = state.accepted[k].trial.clone();
+        search.refuse(&trial, rungs.len(), format!("no longer needed: {reason}"));
+        search.banned.push(trial.label());
+        state = candidate;
+        let label = format!("−{}", trial.label());
+        rungs.push(rung(search, &[label], &state, unseen));
+        k = 0;
     }
     Ok(state)
+}
+
+// The companions of the effect accepted as number `first`: those that do not pass beside it go before the step counts.
+fn without_passengers(
+    search: &mut Search,
+    mut state: State,
+    first: usize,
+    step: usize,
+    unseen: Option<&Unseen>,
+) -> Result<State, IdentifyError> {
+    let mut k = first + 1;
+    while k < state.accepted.len() {
+        let Some((candidate, reason)) = superfluous(search, &state, k, unseen)? else {
+            k += 1;
+            continue;
+        };
+        let beside = state.accepted[first].trial.label();
+        search.refuse(&state.accepted[k].trial, step, format!("not needed beside {beside}: {reason}"));
+        state = candidate;
+    }
+    Ok(state)
+}
+
+// The state without its accepted effect number `k`, refitted, and why it does without; none if it does not.
+fn superfluous(
+    search: &Search,
+    state: &State,
+    k: usize,
+    unseen: Option<&Unseen>,
+) -> Result<Option<(State, String)>, IdentifyError> {
+    let layout = search.problem.form.layout();
+    let mut reduced = without(search.problem, state, k)?;
+    let at = reduced.linearise(search.problem);
+    let at = refine(search.problem, &mut reduced, &state.whitener, at, 3);
+    let white = state.whitener.apply(layout, &at.residual);
+    let (entry, fitted) = (&state.accepted[k], &state.fitted);
+    let pair = Pair {
+        before: &white,
+        after: &fitted.white,
+        raw_before: &at.residual,
+        raw_after: &fitted.at.residual,
+    };
+    let mut folds = vec![0.0; layout.folds];
+    for row in 0..layout.len {
+        folds[layout.fold[row]] += white[row].powi(2) - fitted.white[row].powi(2);
+    }
+    let tension = reduced.penalty() - fitted.model.penalty();
+    let evidence = Evidence::of(layout, &pair, tension, entry.trial.parameters, &folds, &search.channel_std);
+    let Some(reason) = evidence.refused(search.problem.options, 1) else { return Ok(None) };
+    let mut accepted = state.accepted.clone();
+    let removed = accepted.remove(k);
+    if matches!(removed.trial.how, How::New { .. }) {
+        for a in &mut accepted {
+            a.effect -= usize::from(a.effect > removed.effect);
+        }
+    }
+    let candidate = search.settled(reduced, at, accepted)?;
+    let is_worse = error(search, &candidate, unseen) > WORSE * error(search, state, unseen);
+    Ok((!is_worse).then_some((candidate, reason)))
 }
 
 // Error by floor: on unseen runs where there are any, else on the fitted ones.

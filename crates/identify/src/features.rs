@@ -9,6 +9,8 @@ use crate::residual::Layout;
 
 // Widths of the stop operators that give the features a memory, rad.
 const STOPS: [f64; 3] = [0.004, 0.03, 0.2];
+// Values of a feature in the time of a row.
+const HOLDS: usize = 4;
 // Inverse length scales of the features, in standard deviations of their inputs.
 const SCALES: [f64; 4] = [0.7, 1.5, 3.0, 6.0];
 
@@ -23,8 +25,8 @@ pub(crate) fn random_features(records: &[Record], layout: &Layout, count: usize,
         let drawn: Vec<Feature> = (0..count).map(|f| Feature::draw(&mut random, f, standard.len())).collect();
         for segment in layout.of_channel(c) {
             let (record, x) = (&records[segment.record], &inputs[segment.record]);
-            let series: Vec<Vec<f64>> =
-                drawn.iter().map(|f| f.along(x, &standard, &record.thetad[channel.dof])).collect();
+            let (speed, hold) = (&record.thetad[channel.dof], (record.scales.every / HOLDS).max(1));
+            let series: Vec<Vec<f64>> = drawn.iter().map(|f| f.along(x, &standard, speed, hold)).collect();
             for (column, rows) in columns.iter_mut().zip(record.generic_rows(c, &series)) {
                 column[segment.first..segment.first + segment.len].copy_from_slice(&rows);
             }
@@ -51,13 +53,16 @@ impl Feature {
         Self { picked, phase, signed: number % 2 == 1 }
     }
 
-    fn along(&self, x: &[Vec<f64>], standard: &[(f64, f64)], speed: &[f64]) -> Vec<f64> {
-        let at = |k: usize| {
+    // Evaluated in the middle of every `hold` grid steps, and held.
+    fn along(&self, x: &[Vec<f64>], standard: &[(f64, f64)], speed: &[f64], hold: usize) -> Vec<f64> {
+        let at = |first: usize| {
+            let k = (first + hold / 2).min(speed.len() - 1);
             let argument: f64 =
                 self.picked.iter().map(|&(i, w)| w * (x[i][k] - standard[i].0) / standard[i].1).sum();
             (argument + self.phase).cos() * if self.signed { (speed[k] / 0.02).tanh() } else { 1.0 }
         };
-        (0..speed.len()).map(at).collect()
+        let held = (0..speed.len()).step_by(hold).flat_map(|k| std::iter::repeat_n(at(k), hold));
+        held.take(speed.len()).collect()
     }
 }
 

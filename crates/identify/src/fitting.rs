@@ -157,7 +157,7 @@ fn work(
         let floors = search.floors_told(&base)?;
         let unseen_runs = Prepared::with(robot, check, prepared.sensors.clone(), prepared.scales)?;
         let unseen_form = unseen_runs.form(robot);
-        let unseen_problem = Problem { robot, catalogue, form: &unseen_form, options };
+        let unseen_problem = Problem::new(robot, catalogue, &unseen_form, options);
         let unseen_search = Search::new(&unseen_problem, &unseen_runs.records, &unseen_runs.sensors);
         let unseen = (!check.is_empty()).then(|| Unseen { search: &unseen_search, floors: floors.clone() });
         let yardstick = search.yardstick();
@@ -251,7 +251,8 @@ fn added(search: &mut Search, state: State, spec: &EffectSpec) -> Result<State, 
     let mut accepted = state.accepted.clone();
     accepted.push(taken(&best, Vec::new()));
     let mut model = best.fitted.model;
-    let at = crate::problem::refine(search.problem, &mut model, &state.whitener, 4);
+    let at = model.linearise(search.problem);
+    let at = crate::problem::refine(search.problem, &mut model, &state.whitener, at, 4);
     search.settled_anew(model, at, accepted)
 }
 

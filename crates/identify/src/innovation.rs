@@ -22,6 +22,7 @@ use sinew_effect::Sensor;
 use sinew_model::Robot;
 use sinew_plant::Plant;
 
+use crate::freedom::{Links, Springs};
 use crate::record::{Channel, Record, Reduction, Sensors};
 use crate::residual::{Layout, ResidualForm, Rows, TRANSIENT};
 use crate::scale::Scales;
@@ -34,6 +35,7 @@ use rows::{JointChannels, deviation_inputs};
 use system::{Encoders, MOST_JOINTS, System};
 
 /// What the rows of an innovation residual are formed about: reference motions with their frozen filters.
+#[derive(Default)]
 pub(crate) struct Reference {
     records: Vec<Record>,
     // On the grid on which derivatives are taken.
@@ -91,8 +93,7 @@ impl Innovation {
         let records: Vec<Record> =
             runs.iter().zip(&motions).map(|(run, motion)| run.record(motion)).collect();
         let layout = Layout::of(&records, &channels, TRANSIENT);
-        let reference =
-            Reference { records, smooth: Vec::new(), measured: Vec::new(), torque_noise: Vec::new() };
+        let reference = Reference { records, ..Reference::default() };
         let reference = RwLock::new(Arc::new(reference));
         Some(Self { channels, joints, runs, layout, smooth: motions, reference })
     }
@@ -115,7 +116,7 @@ impl Innovation {
             encoders: Encoders {
                 motor: square(run.theta_noise[j.dof]),
                 link: j.position.map(|c| square(run.noise[c])),
-                shown: if along.imposed[j.dof] { 0 } else { 2 },
+                shown: if along.links.motion[j.dof].is_none() { 0 } else { 2 },
             },
             steps: along.linear[j.dof].iter().map(|linear| linear.over(run.scales.period)).collect(),
             push: along.linear[j.dof].iter().map(|linear| linear.push).collect(),
@@ -174,6 +175,8 @@ struct Pass<'a> {
     predicted: Vec<Vec<Vec<f64>>>,
     // What the mean torque of a hold differs from that in its middle, by run.
     hold_means: Vec<Vec<Vec<f64>>>,
+    // Where the links are, by run.
+    links: Vec<Links>,
     // The equations of the joints about the motions, by run.
     systems: Vec<System>,
 }
@@ -197,12 +200,14 @@ impl<'a> Pass<'a> {
             records: Vec::new(),
             predicted: Vec::new(),
             hold_means: Vec::new(),
+            links: Vec::new(),
             systems: Vec::new(),
         };
         for (record, along, system) in parts {
             pass.records.push(record);
             pass.predicted.push(along.predicted);
             pass.hold_means.push(along.hold_means);
+            pass.links.push(along.links);
             pass.systems.push(system);
         }
         pass
@@ -304,10 +309,11 @@ impl<'a> Pass<'a> {
     // Records whose rows come from filters with frozen gains, and the rows of what was measured.
     fn frozen(self, noise: &[f64]) -> (Vec<Record>, Vec<Record>, Vec<f64>) {
         let groups = self.form.groups();
-        let Self { form, motions, records, systems, hold_means, .. } = self;
-        let parts: Vec<((Record, Record), Vec<f64>)> = (records, systems, &form.runs, (motions, hold_means))
+        let Self { form, motions, records, systems, hold_means, links, .. } = self;
+        let measures = (motions, hold_means, links);
+        let parts: Vec<((Record, Record), Vec<f64>)> = (records, systems, &form.runs, measures)
             .into_par_iter()
-            .map(|(mut record, system, even, (motion, means))| {
+            .map(|(mut record, system, even, (motion, means, links))| {
                 let gains = |group: &Range<usize>| {
                     let kalman = Kalman { system: &system, group: group.clone(), noise };
                     (group.clone(), kalman.gains())
@@ -318,7 +324,8 @@ impl<'a> Pass<'a> {
                 let filters = Innovations { filters, joints: form.joints.clone(), channels };
                 let measured = filters.measured(even, motion, &means);
                 let filters = Arc::new(filters);
-                let smooth = even.thinned(motion, &filters);
+                let smooth = even.thinned(motion, &links, &filters);
+                record.links = Some(Arc::new(links));
                 record.reduction = Reduction::Innovations(filters);
                 ((record, smooth), measured)
             })
@@ -367,13 +374,13 @@ impl ResidualForm for Innovation {
         let now = self.present();
         self.rows(&now).residual(plant, p)
     }
-    fn residuals(&self, plant: &Plant, sets: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    fn residuals(&self, plant: &Plant, sets: &[Vec<f64>], springs: Springs) -> Vec<Vec<f64>> {
         let now = self.present();
-        self.rows(&now).residuals(plant, sets)
+        self.rows(&now).residuals(plant, sets, springs)
     }
-    fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize]) -> Vec<Vec<f64>> {
+    fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize], springs: Springs) -> Vec<Vec<f64>> {
         let now = self.present();
-        self.rows(&now).columns(plant, p, positions)
+        self.rows(&now).columns(plant, p, positions, springs)
     }
     fn position_noise(&self, _plant: &Plant, _p: &[f64], _seeds: &[u64]) -> Vec<Vec<f64>> {
         Vec::new()

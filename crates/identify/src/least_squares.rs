@@ -63,6 +63,11 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
+/// ‖a − b‖²
+pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| (x - y).powi(2)).sum()
+}
+
 /// Ridge regression of `y` on unit-norm columns, with the spectrum kept so that every ridge is cheap.
 pub(crate) struct Ridge {
     vectors: Mat<f64>,

@@ -7,6 +7,7 @@ use sinew_model::{EffectSpec, Robot};
 use sinew_plant::Plant;
 
 use crate::colour::Whitener;
+use crate::freedom::Springs;
 use crate::least_squares::{Normal, cross, dot, matrix};
 use crate::residual::ResidualForm;
 use crate::unknowns::Unknown;
@@ -18,7 +19,33 @@ pub(crate) struct Problem<'a> {
     pub robot: &'a Robot,
     pub catalogue: &'a Catalogue,
     pub form: &'a dyn ResidualForm,
+    /// About which motion of the links derivatives are taken where the form has a reference.
+    pub slopes: Springs,
     pub options: &'a Options,
+}
+
+// Joints up to which derivatives about the motion that the links have cost little more than about a reference's.
+const FEW_JOINTS: usize = 3;
+
+impl<'a> Problem<'a> {
+    pub fn new(
+        robot: &'a Robot,
+        catalogue: &'a Catalogue,
+        form: &'a dyn ResidualForm,
+        options: &'a Options,
+    ) -> Self {
+        let slopes = if robot.model.nv > FEW_JOINTS { Springs::Given } else { Springs::Simulated };
+        Self { robot, catalogue, form, slopes, options }
+    }
+
+    /// The same with derivatives about the motion that the links have, not a reference's.
+    pub fn exact(&self) -> Problem<'a> {
+        Problem { slopes: Springs::Simulated, ..*self }
+    }
+    /// True if derivatives may be about another motion than the links'.
+    pub fn is_rough(&self) -> bool {
+        self.slopes == Springs::Given && self.form.reference().is_some()
+    }
 }
 
 /// A set of effects with their present values.
@@ -87,7 +114,7 @@ impl Candidate {
         let positions: Vec<usize> = self.unknowns.iter().map(|u| u.position).collect();
         Linearised {
             residual: self.residual(problem),
-            columns: problem.form.columns(&self.plant, &self.p, &positions),
+            columns: problem.form.columns(&self.plant, &self.p, &positions, problem.slopes),
         }
     }
 
@@ -132,6 +159,8 @@ pub(crate) struct Equations {
 // Weight, by a diagonal entry, that holds an unknown at its bound.
 const HELD: f64 = 1e8;
 const BOUND_ROUNDS: usize = 4;
+// Share of a promised gain that speaks for the derivatives.
+const KEPT: f64 = 0.3;
 
 impl Equations {
     /// A = JᵀJ + Λ,   A d = Jᵀ r + Λ (m − x), with A's prior part multiplied by 1 + `damping`.
@@ -163,6 +192,29 @@ impl Equations {
         let normal = Normal::new(&a)?;
         let step = normal.solve(&g);
         Some(Self { columns, residual, normal, step, a, g })
+    }
+
+    /// True if the step to this model, from one objective to another, gained little of what these equations promised,
+    /// because links are not where their reference has them.
+    pub fn misled(
+        &self,
+        problem: &Problem,
+        whitener: &Whitener,
+        model: &Candidate,
+        before: f64,
+        after: f64,
+    ) -> bool {
+        // 2 gᵀd − dᵀA d
+        let d = Mat::from_fn(self.step.len(), 1, |i, _| self.step[i]);
+        let promised = 2.0 * dot(&self.g, &self.step) - (d.transpose() * &self.a * &d)[(0, 0)];
+        if promised < 10.0 + 1e-3 * before || before - after > KEPT * promised {
+            return false;
+        }
+        let given =
+            problem.form.residuals(&model.plant, std::slice::from_ref(&model.p), Springs::Given).concat();
+        let given = objective(&whitener.apply(problem.form.layout(), &given), model);
+        let agrees = (given - after).abs() < KEPT * promised;
+        !agrees
     }
 
     /// The same with every unknown that would leave its range held where it may go, so that the others do not count on
@@ -232,33 +284,40 @@ impl Budget {
     }
 }
 
-/// Levenberg–Marquardt on all unknowns. Returns the linearisation at the end.
+/// Levenberg–Marquardt on all unknowns from the linearisation `at`. Returns that at the end.
 pub(crate) fn refine(
     problem: &Problem,
     model: &mut Candidate,
     whitener: &Whitener,
+    mut at: Linearised,
     iterations: usize,
 ) -> Linearised {
     let layout = problem.form.layout();
-    let mut at = model.linearise(problem);
+    let mut problem = *problem;
     let mut best = objective(&whitener.apply(layout, &at.residual), model);
     let mut damping = 0.0;
     let relinearise = if model.unknowns.len() > MANY { RELINEARISE_MANY } else { RELINEARISE };
     let mut budget = Budget::new(iterations);
     while budget.lasts() {
-        let equations = Equations::new(whitener, problem, model, &at, damping);
+        let equations = Equations::new(whitener, &problem, model, &at, damping);
         let Some(equations) = equations.and_then(|e| e.bounded(model)) else { break };
         let before = model.p.clone();
         model.step(&equations.step);
-        let residual = model.residual(problem);
+        let residual = model.residual(&problem);
         let now = objective(&whitener.apply(layout, &residual), model);
+        if problem.is_rough() && equations.misled(&problem, whitener, model, best, now) {
+            problem = problem.exact();
+            model.p = before;
+            at = model.linearise(&problem);
+            continue;
+        }
         budget.spend(best, now);
         if now.is_finite() && now < best {
             let gain = best - now;
             best = now;
             damping /= 8.0;
             if gain > relinearise * best {
-                at = model.linearise(problem);
+                at = model.linearise(&problem);
             } else {
                 at.residual = residual;
             }

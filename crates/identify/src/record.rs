@@ -7,8 +7,10 @@ use sinew_effect::{DIRECTIONS, Derivative, Sensor};
 use sinew_model::{Model, Robot};
 
 use crate::IdentifyError;
+use crate::freedom::{Freedom, Links};
 use crate::innovation::Innovations;
 use crate::scale::Scales;
+use crate::series::Predicted;
 
 /// A sensor of a joint, of which there is one residual series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -79,6 +81,8 @@ pub(crate) struct Record {
     pub position_noise: Vec<f64>,
     /// How its rows come about.
     pub reduction: Reduction,
+    /// Where the links of its reference are, if a model gave it one.
+    pub links: Option<Arc<Links>>,
 }
 
 /// What the runs of a robot measure.
@@ -174,6 +178,7 @@ impl Record {
             noise: Vec::new(),
             position_noise: Vec::new(),
             reduction: Reduction::Kernel,
+            links: None,
         };
         for (dof, quantity) in sensors.imposed.iter().enumerate() {
             record.impose(quantity.and_then(|q| run.signal(q, model.dof_name(dof))), run, &thin);
@@ -227,6 +232,12 @@ impl Record {
         self.measured.push(values);
     }
 
+    /// The motion of a link that moves as given.
+    pub fn given(&self, freedom: &Freedom, dof: usize) -> Option<&[[f64; 3]]> {
+        let links = self.links.as_ref().filter(|_| freedom.given[dof])?;
+        links.motion[dof].as_deref()
+    }
+
     /// Steps of the grid.
     pub fn len(&self) -> usize {
         self.time.len()
@@ -247,25 +258,25 @@ impl Record {
     }
 
     /// Rows of predicted channels, one channel after another.
-    pub fn channel_rows(&self, series: &[Vec<f64>]) -> Vec<f64> {
+    pub fn channel_rows(&self, predicted: &Predicted<f64>) -> Vec<f64> {
         match &self.reduction {
-            Reduction::Innovations(filter) => filter.rows(series),
-            _ => series.iter().flat_map(|s| self.rows(s)).collect(),
+            Reduction::Innovations(filter) => filter.rows(predicted),
+            _ => predicted.channels.iter().flat_map(|s| self.rows(s)).collect(),
         }
     }
 
     /// The same of the derivatives of predicted channels along their first `count` directions.
-    pub fn channel_rows_along(&self, series: &[Vec<Derivative>], count: usize) -> Vec<Vec<f64>> {
+    pub fn channel_rows_along(&self, predicted: &Predicted<Derivative>, count: usize) -> Vec<Vec<f64>> {
         match &self.reduction {
-            Reduction::Innovations(filter) => return filter.rows_along(series, count, false),
-            Reduction::Thinned(filter) => return filter.rows_along(series, count, true),
+            Reduction::Innovations(filter) => return filter.rows_along(predicted, count, false),
+            Reduction::Thinned(filter) => return filter.rows_along(predicted, count, true),
             Reduction::Kernel | Reduction::Mean => {}
         }
         let along = |direction: usize| {
             let one = |s: &Vec<Derivative>| {
                 self.rows(&s.iter().map(|x| x.derivative[direction]).collect::<Vec<_>>())
             };
-            series.iter().flat_map(one).collect()
+            predicted.channels.iter().flat_map(one).collect()
         };
         (0..count.min(DIRECTIONS)).map(along).collect()
     }

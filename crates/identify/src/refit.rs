@@ -5,7 +5,7 @@ use crate::descent::Descent;
 use crate::gates::{Evidence, Pair};
 use crate::heterogeneity::signs_differ;
 use crate::least_squares::{Normal, cross, dot, matrix};
-use crate::problem::{Candidate, Equations, Linearised, Problem, objective};
+use crate::problem::{Candidate, Equations, Linearised, MANY, Problem, objective};
 use crate::residual::Layout;
 use crate::screen::Score;
 use crate::trial::Trial;
@@ -60,14 +60,18 @@ pub(crate) fn refit(
     let (added, whitener) = (base.added, base.whitener);
     let base = base.fitted;
     let layout = problem.form.layout();
-    let mut descent = Descent::new(problem, start.unwrap_or(base), whitener, trial, score)?;
+    // About the stated values links are not where the base's reference has them.
+    let about = if start.is_some() { problem.exact() } else { *problem };
+    let mut descent = Descent::new(about, start.unwrap_or(base), whitener, trial, score)?;
     if start.is_none() {
         descent.shrink();
     }
     descent.descend();
     let structural_rival = trial.card.rivals.iter().any(|r| r.structural);
     if structural_rival && score.drop > 30.0 && descent.best > base.objective - 0.1 * score.drop {
-        descent.follow_valley();
+        // With many unknowns exact derivatives are dear.
+        let few = base.model.unknowns.len() <= MANY;
+        descent.follow_valley(&if few { problem.exact() } else { about });
     }
     let Descent { model, own, new, at, white, best, .. } = descent;
     let (strengths, orthogonal) = orthogonal(layout, &model, whitener, &at, &own)?;

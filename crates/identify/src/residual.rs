@@ -7,7 +7,8 @@ use rayon::prelude::*;
 use sinew_effect::LANES;
 use sinew_plant::Plant;
 
-use crate::imposed::{imposed_dofs, predict, predict_lanes};
+use crate::freedom::{Freedom, Springs};
+use crate::imposed::{predict, predict_lanes};
 use crate::innovation::Reference;
 use crate::record::{Channel, Record};
 use crate::tangent::{by_work, tangent_rows};
@@ -18,10 +19,10 @@ pub(crate) trait ResidualForm: Sync {
     fn layout(&self) -> &Layout;
     /// Measured minus predicted, all rows.
     fn residual(&self, plant: &Plant, p: &[f64]) -> Vec<f64>;
-    /// The same of one plant at several sets of parameters.
-    fn residuals(&self, plant: &Plant, sets: &[Vec<f64>]) -> Vec<Vec<f64>>;
-    /// ∂ predicted / ∂ p, one column for each of `positions`.
-    fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize]) -> Vec<Vec<f64>>;
+    /// The same of one plant at several sets of parameters; links may be taken to be where a reference has them.
+    fn residuals(&self, plant: &Plant, sets: &[Vec<f64>], springs: Springs) -> Vec<Vec<f64>>;
+    /// ∂ predicted / ∂ p, one column for each of `positions`; about links where a reference has them or where they are.
+    fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize], springs: Springs) -> Vec<Vec<f64>>;
     /// Residual rows that the noise of the imposed positions causes, for one realisation of it a seed.
     fn position_noise(&self, plant: &Plant, p: &[f64], seeds: &[u64]) -> Vec<Vec<f64>>;
     /// True if noise alone leaves rows of unit variance that do not depend on each other.
@@ -114,6 +115,11 @@ impl Layout {
         layout
     }
 
+    /// Rows that count.
+    pub fn counted(&self) -> f64 {
+        self.keep.iter().filter(|k| **k).count() as f64
+    }
+
     /// The segments of one channel.
     pub fn of_channel(&self, channel: usize) -> impl Iterator<Item = &Segment> {
         self.segments.iter().filter(move |s| s.channel == channel)
@@ -167,8 +173,8 @@ impl Rows<'_> {
     /// Rows of the prediction.
     pub fn predicted(&self, plant: &Plant, p: &[f64], records: &[Record]) -> Vec<f64> {
         let of = |record: &Record| {
-            let imposed = imposed_dofs(plant, p, record);
-            record.channel_rows(&predict(plant, p, record, self.channels, &imposed))
+            let freedom = Freedom::of(plant, p, record, Springs::Simulated);
+            record.channel_rows(&predict(plant, p, record, self.channels, &freedom))
         };
         records.par_iter().map(of).collect::<Vec<_>>().concat()
     }
@@ -180,11 +186,13 @@ impl Rows<'_> {
     }
 
     /// The same at several sets of parameters.
-    pub fn residuals(&self, plant: &Plant, sets: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    pub fn residuals(&self, plant: &Plant, sets: &[Vec<f64>], springs: Springs) -> Vec<Vec<f64>> {
         let jobs: Vec<(&[Vec<f64>], &Record)> =
             sets.chunks(LANES).flat_map(|lanes| self.records.iter().map(move |r| (lanes, r))).collect();
-        let parts: Vec<Vec<Vec<f64>>> =
-            jobs.par_iter().map(|(lanes, record)| self.predicted_in_lanes(plant, lanes, record)).collect();
+        let parts: Vec<Vec<Vec<f64>>> = jobs
+            .par_iter()
+            .map(|(lanes, record)| self.predicted_in_lanes(plant, lanes, record, springs))
+            .collect();
         let runs = self.records.len();
         (0..sets.len())
             .map(|k| {
@@ -196,21 +204,27 @@ impl Rows<'_> {
     }
 
     // Rows of one record for up to LANES sets of parameters, in one walk where the same joints are simulated.
-    fn predicted_in_lanes(&self, plant: &Plant, sets: &[Vec<f64>], record: &Record) -> Vec<Vec<f64>> {
-        let imposed: Vec<Vec<bool>> = sets.iter().map(|p| imposed_dofs(plant, p, record)).collect();
+    fn predicted_in_lanes(
+        &self,
+        plant: &Plant,
+        sets: &[Vec<f64>],
+        record: &Record,
+        springs: Springs,
+    ) -> Vec<Vec<f64>> {
+        let freedom: Vec<Freedom> = sets.iter().map(|p| Freedom::of(plant, p, record, springs)).collect();
         let alike = |p: &Vec<f64>| p.iter().zip(&sets[0]).all(|(a, b)| (*a == 0.0) == (*b == 0.0));
-        if sets.len() == 1 || imposed.iter().any(|i| *i != imposed[0]) || !sets.iter().all(alike) {
-            let one = |(p, i): (&Vec<f64>, &Vec<bool>)| {
-                record.channel_rows(&predict(plant, p, record, self.channels, i))
+        if sets.len() == 1 || freedom.iter().any(|f| *f != freedom[0]) || !sets.iter().all(alike) {
+            let one = |(p, freedom): (&Vec<f64>, &Freedom)| {
+                record.channel_rows(&predict(plant, p, record, self.channels, freedom))
             };
-            return sets.iter().zip(&imposed).map(one).collect();
+            return sets.iter().zip(&freedom).map(one).collect();
         }
-        let lanes = predict_lanes(plant, sets, record, self.channels, &imposed[0]);
-        lanes.into_iter().map(|series| record.channel_rows(&series)).collect()
+        let lanes = predict_lanes(plant, sets, record, self.channels, &freedom[0]);
+        lanes.iter().map(|predicted| record.channel_rows(predicted)).collect()
     }
 
     /// ∂ predicted / ∂ p, one column for each of `positions`.
-    pub fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize]) -> Vec<Vec<f64>> {
+    pub fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize], springs: Springs) -> Vec<Vec<f64>> {
         let order = by_work(plant, positions);
         let ordered: Vec<usize> = order.iter().map(|&k| positions[k]).collect();
         let groups: Vec<&[usize]> = ordered.chunks(TOGETHER).collect();
@@ -220,13 +234,13 @@ impl Rows<'_> {
             .par_iter()
             .map(|&(g, r)| {
                 let mut record = &self.smooth[r];
-                let mut imposed = imposed_dofs(plant, p, record);
-                let exact = imposed_dofs(plant, p, &self.records[r]);
-                if imposed != exact {
+                let mut freedom = Freedom::of(plant, p, record, springs);
+                let exact = Freedom::of(plant, p, &self.records[r], springs);
+                if freedom != exact {
                     // Some spring is too stiff for the coarser grid.
-                    (record, imposed) = (&self.records[r], exact);
+                    (record, freedom) = (&self.records[r], exact);
                 }
-                tangent_rows(plant, p, record, self.channels, &imposed, groups[g])
+                tangent_rows(plant, p, record, self.channels, &freedom, groups[g])
             })
             .collect();
         let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(self.measured.len()); positions.len()];
@@ -257,7 +271,7 @@ impl<'a> Imposed<'a> {
     pub fn new(records: &'a [Record], channels: &[Channel], nv: usize) -> Self {
         let fast = records.iter().all(|r| r.scales.step() <= SPRING_STEP);
         let layout = Layout::of(records, channels, if fast { TRANSIENT } else { 0.0 });
-        let measured = records.iter().flat_map(|r| r.channel_rows(&r.measured)).collect();
+        let measured = records.iter().flat_map(|r| r.measured.iter().flat_map(|s| r.rows(s))).collect();
         Self { records, layout, measured, nv }
     }
 
@@ -274,11 +288,11 @@ impl ResidualForm for Imposed<'_> {
     fn residual(&self, plant: &Plant, p: &[f64]) -> Vec<f64> {
         self.rows().residual(plant, p)
     }
-    fn residuals(&self, plant: &Plant, sets: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        self.rows().residuals(plant, sets)
+    fn residuals(&self, plant: &Plant, sets: &[Vec<f64>], springs: Springs) -> Vec<Vec<f64>> {
+        self.rows().residuals(plant, sets, springs)
     }
-    fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize]) -> Vec<Vec<f64>> {
-        self.rows().columns(plant, p, positions)
+    fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize], springs: Springs) -> Vec<Vec<f64>> {
+        self.rows().columns(plant, p, positions, springs)
     }
 
     fn position_noise(&self, plant: &Plant, p: &[f64], seeds: &[u64]) -> Vec<Vec<f64>> {

@@ -3,9 +3,10 @@
 use faer::Mat;
 use rayon::prelude::*;
 
-use sinew_effect::Screening;
+use sinew_effect::{Act, Screening};
 use sinew_model::EffectSpec;
 
+use crate::freedom::Springs;
 use crate::least_squares::{Normal, cross, dot, matrix};
 use crate::problem::{Candidate, Equations, Problem, straighten};
 use crate::trial::{How, Trial};
@@ -20,6 +21,10 @@ pub(crate) fn all_columns(
 ) -> Vec<Option<Vec<Vec<f64>>>> {
     let is_linear = |t: &Trial| matches!(t.how, How::New { exact: false, .. });
     let linear: Vec<&Trial> = trials.iter().filter(|t| is_linear(t)).collect();
+    let given = match problem.is_rough() {
+        true => problem.form.residuals(&model.plant, std::slice::from_ref(&model.p), problem.slopes).concat(),
+        false => residual.to_vec(),
+    };
     let (linear, secants) = rayon::join(
         || {
             derivatives(problem, model, &linear)
@@ -30,7 +35,7 @@ pub(crate) fn all_columns(
             let families: Vec<Vec<&EffectSpec>> = families(trials);
             families
                 .par_iter()
-                .map(|family| secants(problem, model, residual, family))
+                .map(|family| secants(problem, model, [residual, &given], family))
                 .collect::<Vec<_>>()
                 .concat()
         },
@@ -58,11 +63,12 @@ fn families(trials: &[Trial]) -> Vec<Vec<&EffectSpec>> {
     families
 }
 
-// What an effect changes when it is switched on, for each of its start values.
+// What an effect changes when it is switched on, for each of its start values: links that it does not bend may stay
+// where a reference has them, in which case `given` is what is left without it.
 fn secants(
     problem: &Problem,
     model: &Candidate,
-    residual: &[f64],
+    [residual, given]: [&[f64]; 2],
     family: &[&EffectSpec],
 ) -> Vec<Option<Vec<Vec<f64>>>> {
     let extended = |spec: &EffectSpec| {
@@ -81,8 +87,12 @@ fn secants(
     let Some(sets) = family.iter().map(with).collect::<Option<Vec<_>>>() else {
         return vec![None; family.len()];
     };
+    let bends = plant.effects()[model.specs.len()].effect.acts().contains(&Act::Deflection);
+    let springs =
+        if bends || plant.elastic() != model.plant.elastic() { Springs::Simulated } else { problem.slopes };
+    let residual = if springs == Springs::Given { given } else { residual };
     let secant = |changed: Vec<f64>| Some(vec![residual.iter().zip(changed).map(|(a, b)| a - b).collect()]);
-    problem.form.residuals(&plant, &sets).into_iter().map(secant).collect()
+    problem.form.residuals(&plant, &sets, springs).into_iter().map(secant).collect()
 }
 
 // Derivatives along the strengths of several trials at zero, in one plant; none if there is no such plant.
@@ -109,7 +119,7 @@ fn derivatives(
             positions.push(first + s);
         }
     }
-    let mut columns = problem.form.columns(&extended.plant, &p, &positions).into_iter();
+    let mut columns = problem.form.columns(&extended.plant, &p, &positions, problem.slopes).into_iter();
     Some(new().map(|(_, strengths)| Some(columns.by_ref().take(strengths.len()).collect())).collect())
 }
 

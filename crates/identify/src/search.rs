@@ -9,6 +9,7 @@ use sinew_model::EffectSpec;
 use crate::IdentifyError;
 use crate::colour::{Whitener, rows_of};
 use crate::features::random_features;
+use crate::freedom::Springs;
 use crate::gates::z_between;
 use crate::innovation::Reference;
 use crate::problem::{Candidate, Equations, Problem, refine};
@@ -30,20 +31,20 @@ pub(crate) struct State {
     /// The candidates offered to this model, and their raw columns.
     pub trials: Vec<Trial>,
     pub columns: Columns,
-    /// The same about the stated values, where the fit has bent them far.
-    pub stated: Option<Stated>,
     /// What the rows were formed about.
     pub reference: Option<Arc<Reference>>,
+    /// About which motion of the links its derivatives are.
+    pub slopes: Springs,
 }
 
 /// Raw columns of every candidate; none for one that cannot be evaluated.
 pub(crate) type Columns = Vec<Option<Vec<Vec<f64>>>>;
 
-/// A model at the values that its robot states: a parameter that was bent to imitate a missing effect hides the effect
-/// from a screen about the fit.
-pub(crate) struct Stated {
-    pub fitted: Fitted,
-    pub columns: Columns,
+// A model at the values that its robot states: a parameter that was bent to imitate a missing effect hides the effect
+// from a screen about the fit.
+struct Stated {
+    fitted: Fitted,
+    columns: Columns,
 }
 
 impl State {
@@ -54,11 +55,11 @@ impl State {
     }
 }
 
-// What is offered to a model, and the noise that all of it would leave.
-struct Saturated {
-    trials: Vec<Trial>,
-    columns: Columns,
-    whitener: Whitener,
+/// What is offered to a model, and the noise that all of it would leave.
+pub(crate) struct Saturated {
+    pub trials: Vec<Trial>,
+    pub columns: Columns,
+    pub whitener: Whitener,
 }
 
 /// An accepted effect.
@@ -106,6 +107,8 @@ const RELEASES: usize = 2;
 const STATED_LIST: usize = 4;
 // Standard deviations from its stated value beyond which a parameter is bent.
 const BENT: f64 = 4.0;
+// Mean square of the whitened rows up to which a candidate leaves little to find about the stated values.
+const UNEXPLAINED: f64 = 1.2;
 const FEATURES: usize = 140;
 // Differences of χ² and z below which two candidates are tied.
 const TIE_CHI: f64 = 10.0;
@@ -172,21 +175,27 @@ impl<'a> Search<'a> {
     /// The reachable floor of every channel: what a fit of everything the catalogue offers would leave.
     pub fn floors(&self, specs: Vec<EffectSpec>) -> Result<Vec<f64>, IdentifyError> {
         let (model, at) = self.fitted(specs, 5)?;
-        Ok(self.saturated(&model, &at).whitener.floors())
+        Ok(self.saturated(self.problem, &model, &at).whitener.floors())
     }
 
-    /// The reachable floors about a state, in the rows in which errors are told.
+    /// The reachable floors about a state, in the rows in which errors are told; about those of another residual, as far
+    /// as what is free and what needs no physics reach.
     pub fn floors_told(&self, state: &State) -> Result<Vec<f64>, IdentifyError> {
         let Some(other) = self.yardstick else { return Ok(state.whitener.floors()) };
         let model = state.fitted.model.again(other.problem)?;
         let at = model.linearise(other.problem);
-        Ok(other.saturated(&model, &at).whitener.floors())
+        Ok(other.noise(&model, &at.residual, &[&at.columns]).floors())
     }
 
-    // The noise about a model, from a saturated regression over everything that is offered to it.
-    fn saturated(&self, model: &Candidate, at: &crate::problem::Linearised) -> Saturated {
+    /// The noise about a model, from a saturated regression over everything that is offered to it.
+    pub fn saturated(
+        &self,
+        problem: &Problem,
+        model: &Candidate,
+        at: &crate::problem::Linearised,
+    ) -> Saturated {
         let trials = self.offered(model, &at.residual);
-        let columns = all_columns(self.problem, model, &at.residual, &trials);
+        let columns = all_columns(problem, model, &at.residual, &trials);
         let flat: Vec<Vec<f64>> = columns.iter().flatten().flatten().cloned().collect();
         let whitener = self.noise(model, &at.residual, &[&at.columns, &flat]);
         Saturated { trials, columns, whitener }
@@ -198,7 +207,7 @@ impl<'a> Search<'a> {
         iterations: usize,
     ) -> Result<(Candidate, crate::problem::Linearised), IdentifyError> {
         let mut model = Candidate::new(self.problem, specs)?;
-        let at = model.linearise(self.problem);
+        let mut at = model.linearise(self.problem);
         let layout = self.problem.form.layout();
         if let Some(k) = at.residual.iter().position(|x| !x.is_finite()) {
             let segment = layout.segments.iter().find(|s| (s.first..s.first + s.len).contains(&k));
@@ -211,72 +220,38 @@ impl<'a> Search<'a> {
         }
         let whitener = self.noise(&model, &at.residual, &[&at.columns]);
         let white = whitener.apply_all(layout, &at.columns);
-        model.keep_excited(&white, |_| false);
-        let at = refine(self.problem, &mut model, &whitener, iterations);
+        let kept = model.keep_excited(&white, |_| false);
+        at.columns = kept.into_iter().map(|k| std::mem::take(&mut at.columns[k])).collect();
+        let at = refine(self.problem, &mut model, &whitener, at, iterations);
         Ok((model, at))
     }
 
-    /// [`Search::settled`] about a reference that this model gives.
-    pub fn settled_anew(
-        &self,
-        model: Candidate,
-        at: crate::problem::Linearised,
-        accepted: Vec<Accepted>,
-    ) -> Result<State, IdentifyError> {
-        let form = self.problem.form;
-        form.renew(&model.plant, &model.p);
-        let at = if form.reference().is_some() { model.linearise(self.problem) } else { at };
-        self.settled(model, at, accepted)
-    }
-
-    /// Noise from a saturated regression over all candidates, and a last refinement under it.
-    pub fn settled(
-        &self,
-        mut model: Candidate,
-        at: crate::problem::Linearised,
-        accepted: Vec<Accepted>,
-    ) -> Result<State, IdentifyError> {
-        let layout = self.problem.form.layout();
-        let Saturated { trials, columns, whitener } = self.saturated(&model, &at);
-        let at = refine(self.problem, &mut model, &whitener, 6);
-        let fitted = Fitted::of(layout, &whitener, model, at);
-        let stated = self.stated(&fitted.model, &whitener, &trials)?;
-        let reference = self.problem.form.reference();
-        Ok(State { fitted, whitener, accepted, trials, columns, stated, reference })
-    }
-
-    // The model at its stated values, if some value is far from what was stated.
-    fn stated(
-        &self,
-        model: &Candidate,
-        whitener: &Whitener,
-        trials: &[Trial],
-    ) -> Result<Option<Stated>, IdentifyError> {
-        if model.unknowns.iter().all(|u| u.pull(model.p[u.position]) < BENT * BENT) {
-            return Ok(None);
+    // The model of a state at its stated values, if some value is far from what was stated.
+    fn stated(&self, state: &State) -> Option<Stated> {
+        let model = &state.fitted.model;
+        if !is_bent(model) {
+            return None;
         }
-        let mut stated = model.again(self.problem)?;
+        let mut stated = model.again(self.problem).ok()?;
         stated.straighten();
-        let at = stated.linearise(self.problem);
-        let columns = all_columns(self.problem, &stated, &at.residual, trials);
-        let fitted = Fitted::of(self.problem.form.layout(), whitener, stated, at);
-        Ok(Some(Stated { fitted, columns }))
+        let exact = self.problem.exact();
+        let at = stated.linearise(&exact);
+        let columns = all_columns(&exact, &stated, &at.residual, &state.trials);
+        let fitted = Fitted::of(self.problem.form.layout(), &state.whitener, stated, at);
+        Some(Stated { fitted, columns })
     }
 
     /// Takes banned candidates out of what is offered to a state.
     pub fn offer_again(&self, state: &mut State) {
         let is_allowed = |trial: &Trial| !self.banned.contains(&trial.label());
         let allowed: Vec<bool> = state.trials.iter().map(is_allowed).collect();
-        if let Some(stated) = &mut state.stated {
-            let mut kept = allowed.iter();
-            stated.columns.retain(|_| kept.next().is_some_and(|k| *k));
-        }
         let trials = std::mem::take(&mut state.trials).into_iter().zip(std::mem::take(&mut state.columns));
         let kept = trials.zip(allowed).filter(|(_, allowed)| *allowed);
         (state.trials, state.columns) = kept.map(|(pair, _)| pair).unzip();
     }
 
-    fn noise(&self, model: &Candidate, residual: &[f64], columns: &[&[Vec<f64>]]) -> Whitener {
+    /// The noise about a model, from a regression over these columns and what needs no physics.
+    pub fn noise(&self, model: &Candidate, residual: &[f64], columns: &[&[Vec<f64>]]) -> Whitener {
         let layout = self.problem.form.layout();
         let seed = self.problem.options.seed;
         let rows = (0..layout.channels.len()).map(|c| rows_of(layout, c).count()).min().unwrap_or(0);
@@ -315,25 +290,28 @@ impl<'a> Search<'a> {
             return Round { passed: Vec::new(), failed: Vec::new(), scores: Vec::new() };
         };
         let list = self.short_list(trials, &scores, step);
-        let mut starts: Vec<(usize, &Score, Option<&Fitted>)> =
-            list.iter().filter_map(|&k| Some((k, scores[k].as_ref()?, None))).collect();
-        let from_stated = state
-            .stated
-            .as_ref()
-            .and_then(|stated| Some((self.scores(&stated.fitted, state, &stated.columns)?, &stated.fitted)));
-        if let Some((scores, stated)) = &from_stated {
-            let best = best_starts(trials, scores);
-            let new = best.iter().filter(|&&k| matches!(trials[k].how, How::New { .. })).take(STATED_LIST);
-            starts.extend(new.filter_map(|&k| Some((k, scores[k].as_ref()?, Some(*stated)))));
-        }
         let base = Base { fitted: &state.fitted, whitener: &state.whitener, added: &state.added() };
-        let refits: Vec<Option<Refit>> = starts
-            .par_iter()
-            .map(|(k, score, start)| {
-                refit(self.problem, &base, *start, &trials[*k], score, &self.channel_std)
-            })
-            .collect();
-        let refits = lowest_of_each(refits.into_iter().flatten());
+        let problem = Problem { slopes: state.slopes, ..*self.problem };
+        let refitted = |list: &[usize], scores: &[Option<Score>], start: Option<&Fitted>| -> Vec<Refit> {
+            let of = |&k: &usize| {
+                refit(&problem, &base, start, &trials[k], scores[k].as_ref()?, &self.channel_std)
+            };
+            list.par_iter().filter_map(of).collect()
+        };
+        let mut refits = refitted(&list, &scores, None);
+        // A candidate that explains all and leaves nothing bent has no better start.
+        let enough = UNEXPLAINED * self.problem.form.layout().counted();
+        let is_enough = |r: &Refit| r.fitted.objective < enough && !is_bent(&r.fitted.model);
+        let stated = if refits.iter().any(is_enough) { None } else { self.stated(state) };
+        if let Some(Stated { fitted, columns }) = &stated
+            && let Some(scores) = self.scores(fitted, state, columns)
+        {
+            let is_new = |&k: &usize| matches!(trials[k].how, How::New { .. });
+            let best: Vec<usize> =
+                best_starts(trials, &scores).into_iter().filter(is_new).take(STATED_LIST).collect();
+            refits.extend(refitted(&best, &scores, Some(fitted)));
+        }
+        let refits = lowest_of_each(refits.into_iter());
         let (mut passed, mut failed) = (Vec::new(), Vec::new());
         for mut refit in refits {
             if refit.refused.is_none() {
@@ -430,26 +408,6 @@ impl<'a> Search<'a> {
         Some((chosen, rivals))
     }
 
-    // Parameters that were bent to imitate the effect may not find back: a second descent from the stated values.
-    fn restart(&self, model: &mut Candidate, at: &mut crate::problem::Linearised, whitener: &Whitener) {
-        let layout = self.problem.form.layout();
-        let value = |model: &Candidate, residual: &[f64]| {
-            crate::problem::objective(&whitener.apply(layout, residual), model)
-        };
-        let first = value(model, &at.residual);
-        if first < MISFIT * layout.keep.iter().filter(|k| **k).count() as f64 {
-            return;
-        }
-        let kept = model.p.clone();
-        model.straighten();
-        let again = refine(self.problem, model, whitener, 10);
-        if value(model, &again.residual) < first {
-            *at = again;
-        } else {
-            model.p = kept;
-        }
-    }
-
     /// Accepts the chosen candidate, and with it others at other places whose columns do not overlap with it: a robot
     /// with friction missing in every joint needs one step, not one for each.
     pub fn accept(&self, state: &State, round: Round) -> Result<Option<State>, IdentifyError> {
@@ -477,14 +435,19 @@ impl<'a> Search<'a> {
             entry.effect = model.specs.len() - 1;
             accepted.push(entry);
         }
-        let mut at = refine(self.problem, &mut model, &state.whitener, 10);
-        self.restart(&mut model, &mut at, &state.whitener);
+        let mut at = model.linearise(self.problem);
+        if self.problem.form.reference().is_none() {
+            at = refine(self.problem, &mut model, &state.whitener, at, 10);
+            self.restart(&mut model, &mut at, &state.whitener);
+        }
         self.settled_anew(model, at, accepted).map(Some)
     }
 }
 
-// Mean square of the whitened rows above which a fit may have ended in a wrong valley.
-const MISFIT: f64 = 4.0;
+// Some parameter is far from its stated value.
+fn is_bent(model: &Candidate) -> bool {
+    model.unknowns.iter().any(|u| u.pull(model.p[u.position]) >= BENT * BENT)
+}
 
 // Two changes of the residual overlap by less than this cosine if they concern different joints.
 const OVERLAP: f64 = 0.3;

@@ -4,12 +4,23 @@ use sinew_effect::{Actuation, Kind, Sensor, Wide};
 use sinew_model::Scalar;
 use sinew_plant::{Dynamics, ImposedOut, LinkState};
 
+use crate::freedom::Freedom;
 use crate::record::Channel;
+
+/// What a plant predicts along a run, grid step by grid step.
+pub(crate) struct Predicted<S> {
+    /// The channels as their sensors log them.
+    pub channels: Vec<Vec<S>>,
+    /// The torque that a given link asks for besides, by degree of freedom; empty of others.
+    pub links: Vec<Vec<S>>,
+}
 
 /// What each channel's sensor would see, before drive and sensor delay it; filled in grid step by grid step.
 pub(crate) struct Series<'c, S> {
     channels: &'c [Channel],
     raw: Vec<Vec<S>>,
+    // Torque that given links ask for besides, by degree of freedom.
+    links: Vec<Vec<S>>,
     actuation: Vec<Actuation<S>>,
 }
 
@@ -17,7 +28,7 @@ impl<'c, S: Kind> Series<'c, S> {
     /// Room for `len` grid steps of a plant of `nv` degrees of freedom.
     pub fn new(channels: &'c [Channel], nv: usize, len: usize) -> Self {
         let raw = channels.iter().map(|_| Vec::with_capacity(len)).collect();
-        Self { channels, raw, actuation: vec![Actuation::default(); nv] }
+        Self { channels, raw, links: vec![Vec::new(); nv], actuation: vec![Actuation::default(); nv] }
     }
 
     /// The next grid step: state, torques and drives of a plant that was just evaluated.
@@ -27,7 +38,7 @@ impl<'c, S: Kind> Series<'c, S> {
         &mut self,
         dynamics: &Dynamics<S>,
         x: &LinkState<S>,
-        imposed: &[bool],
+        freedom: &Freedom,
         out: &ImposedOut<S>,
         actuation: &[Actuation<S>],
     ) {
@@ -36,7 +47,7 @@ impl<'c, S: Kind> Series<'c, S> {
             raw.push(match channel.sensor {
                 Sensor::MotorTorque => out.tau_m[i] / actuation[i].gain,
                 Sensor::JointTorque => out.tau_j[i],
-                Sensor::JointPosition if imposed[i] => {
+                Sensor::JointPosition if freedom.imposed[i] && !freedom.given[i] => {
                     let (load, gear) = (out.tau_j[i], dynamics.gears()[i]);
                     let gap = S::select(load.lt(S::ZERO), -gear.half_gap, gear.half_gap);
                     x.theta[i] + gear.shift - dynamics.coefficients().compliance[i] * load - gap
@@ -44,26 +55,28 @@ impl<'c, S: Kind> Series<'c, S> {
                 Sensor::JointPosition => x.q[i],
             });
         }
+        for (i, links) in self.links.iter_mut().enumerate().filter(|(i, _)| freedom.given[*i]) {
+            links.push(out.tau_l[i]);
+        }
         self.actuation.copy_from_slice(actuation);
     }
 
     /// The channels as their sensors log them, on the grid. `dynamics` is that of the same parameters.
-    pub fn logged(self, dynamics: &Dynamics<S>, step: f64) -> Vec<Vec<S>> {
-        let Self { channels, raw, actuation } = self;
-        raw.into_iter()
-            .zip(channels)
-            .map(|(raw, c)| logged(raw, c, &actuation[c.dof], dynamics, step))
-            .collect()
+    pub fn logged(self, dynamics: &Dynamics<S>, step: f64) -> Predicted<S> {
+        let Self { channels, raw, links, actuation } = self;
+        let of = |(raw, c): (Vec<S>, &Channel)| logged(raw, c, &actuation[c.dof], dynamics, step);
+        Predicted { channels: raw.into_iter().zip(channels).map(of).collect(), links }
     }
 }
 
 impl<'c> Series<'c, Wide> {
     /// One lane of several. Delays differ from lane to lane, so each is logged by itself.
     pub fn lane(&self, k: usize) -> Series<'c, f64> {
-        let raw = self.raw.iter().map(|r| r.iter().map(|x| x.0[k]).collect()).collect();
+        let lanes = |all: &Vec<Vec<Wide>>| all.iter().map(|r| r.iter().map(|x| x.0[k]).collect()).collect();
+        let (raw, links) = (lanes(&self.raw), lanes(&self.links));
         let drive =
             |a: &Actuation<Wide>| Actuation { gain: a.gain.0[k], lag: a.lag.0[k], delay: a.delay.0[k] };
-        Series { channels: self.channels, raw, actuation: self.actuation.iter().map(drive).collect() }
+        Series { channels: self.channels, raw, links, actuation: self.actuation.iter().map(drive).collect() }
     }
 }
 

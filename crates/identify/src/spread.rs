@@ -4,6 +4,7 @@ use sinew_effect::Sensor;
 
 use crate::problem::Problem;
 use crate::record::{Channel, Record};
+use crate::series::Predicted;
 
 /// Standard deviation of each channel over all rows; of a link encoder beside a motor's, that of the deflection.
 pub(crate) fn channel_std(problem: &Problem, records: &[Record]) -> Vec<f64> {
@@ -43,7 +44,7 @@ fn filtered_std(problem: &Problem, records: &[Record]) -> Vec<f64> {
                 _ => record.measured[c].clone(),
             })
             .collect();
-        let all = record.channel_rows(&series);
+        let all = record.channel_rows(&Predicted { channels: series, links: Vec::new() });
         for (rows, part) in rows.iter_mut().zip(all.chunks(all.len() / layout.channels.len().max(1))) {
             rows.extend(part);
         }

@@ -8,6 +8,8 @@
 //! surrogate data*, Physica D 58, 1992.
 
 use rand::{Rng, SeedableRng, rngs::SmallRng};
+use std::sync::Arc;
+
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -18,6 +20,8 @@ use sinew_plant::Plant;
 
 use crate::analysis::analysed;
 use crate::explore::explore;
+use crate::freedom::Springs;
+use crate::innovation::Reference;
 use crate::problem::Problem;
 use crate::residual::{Layout, ResidualForm};
 use crate::search::{Search, State};
@@ -173,14 +177,17 @@ impl ResidualForm for Surrogate<'_> {
     fn residual(&self, plant: &Plant, p: &[f64]) -> Vec<f64> {
         self.changed(self.form.residual(plant, p))
     }
-    fn residuals(&self, plant: &Plant, sets: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        self.form.residuals(plant, sets).into_iter().map(|rows| self.changed(rows)).collect()
+    fn residuals(&self, plant: &Plant, sets: &[Vec<f64>], springs: Springs) -> Vec<Vec<f64>> {
+        self.form.residuals(plant, sets, springs).into_iter().map(|rows| self.changed(rows)).collect()
     }
-    fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize]) -> Vec<Vec<f64>> {
-        self.form.columns(plant, p, positions)
+    fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize], springs: Springs) -> Vec<Vec<f64>> {
+        self.form.columns(plant, p, positions, springs)
     }
     fn position_noise(&self, plant: &Plant, p: &[f64], seeds: &[u64]) -> Vec<Vec<f64>> {
         self.form.position_noise(plant, p, seeds)
+    }
+    fn reference(&self) -> Option<Arc<Reference>> {
+        self.form.reference()
     }
     fn is_white(&self) -> bool {
         self.form.is_white()

@@ -5,7 +5,7 @@
 //! effects concerned are evaluated. The derivatives of the state then follow by the same Runge–Kutta step:
 //!
 //! ```text
-//! δq̈ = A δx + b_p,   x = (q, q̇, z)         δ(τ_m, τ_j) = C δx + d_p
+//! δq̈ = A δx + b_p,   x = (q, q̇, z)         δ(τ_m, τ_j, τ_l) = C δx + d_p
 //! ```
 
 mod pass;
@@ -15,8 +15,9 @@ use faer::linalg::solvers::{PartialPivLu, Solve};
 
 use sinew_effect::{Act, Actuation, DIRECTIONS, Derivative, Relaxation, Role};
 use sinew_model::Scalar;
-use sinew_plant::{Dynamics, ImposedAt, ImposedOut, LinkState, MotorMotion, Plant};
+use sinew_plant::{Dynamics, ImposedAt, ImposedOut, LinkState, Plant};
 
+use crate::freedom::Freedom;
 use crate::record::{Channel, Record};
 use crate::series::Series;
 use crate::walk::{Walk, mean, relaxed};
@@ -28,10 +29,10 @@ pub(crate) fn tangent_rows(
     p: &[f64],
     record: &Record,
     channels: &[Channel],
-    imposed: &[bool],
+    freedom: &Freedom,
     positions: &[usize],
 ) -> Vec<Vec<f64>> {
-    let mut tangent = Tangent::new(plant, p, record, channels, imposed, positions);
+    let mut tangent = Tangent::new(plant, p, record, channels, freedom, positions);
     tangent.run();
     tangent.rows(positions.len())
 }
@@ -83,17 +84,17 @@ impl<'a> Tangent<'a> {
         p: &[f64],
         record: &'a Record,
         channels: &'a [Channel],
-        imposed: &'a [bool],
+        freedom: &'a Freedom,
         positions: &[usize],
     ) -> Self {
         let nv = plant.model().nv;
         let is_present: Vec<bool> = (0..plant.effects().len()).map(|k| present(plant, p, k)).collect();
         let base = Dynamics::of_some(plant, p, |k| is_present[k], |k| is_present[k]);
-        let walk = Walk::new(base, record, imposed);
+        let walk = Walk::new(base, record, freedom);
         let mut live: Vec<usize> =
             (0..is_present.len()).filter(|&k| is_present[k]).flat_map(|k| plant.own_states(k)).collect();
         let constants: Vec<Derivative> = p.iter().map(|&x| Derivative::constant(x)).collect();
-        let rows = walk.free.len() + 2 * nv + 2 * live.len();
+        let rows = walk.free.len() + 3 * nv + 2 * live.len();
         let mut along: Vec<usize> = (0..2 * walk.free.len() + live.len()).collect();
         let passes: Vec<Pass> = positions
             .chunks(DIRECTIONS)
@@ -182,7 +183,7 @@ impl<'a> Tangent<'a> {
         if share == 0.0 {
             walk.set_motor(k);
         }
-        let motor = MotorMotion { acceleration: &walk.acceleration, imposed: walk.imposed };
+        let motor = walk.freedom.motion(&walk.acceleration, &walk.link_acceleration);
         if *still {
             walk.dynamics.imposed_torque(&walk.x, motor, &mut at.out);
         } else {
@@ -225,7 +226,7 @@ impl<'a> Tangent<'a> {
         let Self { walk, live, states, parameters, .. } = self;
         let h = walk.record.scales.step();
         let n = walk.free.len();
-        let target = n + 2 * walk.imposed.len();
+        let target = n + 3 * walk.acceleration.len();
         let implicit = implicit_step(states, n, h);
         for forced in parameters.iter_mut().filter(|f| !f.pass.quiet || !f.pass.remembers.is_empty()) {
             let changes = |forced: &Forced, instant: usize| -> Vec<[Row; 2]> {
@@ -260,17 +261,18 @@ impl<'a> Tangent<'a> {
     // The channels at the grid step reached, whose rows are now HERE.
     fn store(&mut self) {
         let Self { walk, states, parameters, .. } = self;
-        let (n, nv) = (walk.free.len(), walk.imposed.len());
+        let (n, nv) = (walk.free.len(), walk.acceleration.len());
         for forced in parameters {
             for i in 0..nv {
                 forced.pass.out.tau_m[i].derivative = total(states, forced, &forced.y, n + i, HERE);
                 forced.pass.out.tau_j[i].derivative = total(states, forced, &forced.y, n + nv + i, HERE);
+                forced.pass.out.tau_l[i].derivative = total(states, forced, &forced.y, n + 2 * nv + i, HERE);
             }
             for (&i, y) in walk.free.iter().zip(&forced.y) {
                 forced.pass.x.q[i].derivative = *y;
             }
             let Forced { pass, series, actuation, .. } = forced;
-            series.store(&pass.dynamics, &pass.x, walk.imposed, &pass.out, actuation);
+            series.store(&pass.dynamics, &pass.x, walk.freedom, &pass.out, actuation);
             // The state of a pass along parameters is a constant again.
             for &i in &walk.free {
                 forced.pass.x.q[i].derivative = [0.0; DIRECTIONS];

@@ -36,7 +36,7 @@ pub(crate) fn torque_notes(
     options: &Options,
 ) -> Vec<Note> {
     let form = prepared.form(robot);
-    let problem = Problem { robot, catalogue, form: &form, options };
+    let problem = Problem::new(robot, catalogue, &form, options);
     let Ok(model) = Candidate::new(&problem, robot.all_effects()) else { return Vec::new() };
     let residual = model.residual(&problem);
     let sensors = [Sensor::MotorTorque, Sensor::JointTorque];

@@ -4,6 +4,7 @@ use sinew_effect::{Actuation, Kind, Reading, Relaxation, Sensor};
 use sinew_model::Scalar;
 use sinew_plant::{Dynamics, ImposedOut, LinkState, MotorMotion};
 
+use crate::freedom::Freedom;
 use crate::record::{Record, START};
 
 // ω of the lead at the start, rad/s.
@@ -13,12 +14,14 @@ const LEAD: f64 = 60.0;
 pub(crate) struct Walk<'a, S> {
     pub dynamics: Dynamics<'a, S>,
     pub record: &'a Record,
-    pub imposed: &'a [bool],
+    pub freedom: &'a Freedom,
     /// Degrees of freedom whose springs are simulated.
     pub free: Vec<usize>,
     pub x: LinkState<S>,
     /// θ̈.
     pub acceleration: Vec<S>,
+    /// q̈ of given links.
+    pub link_acceleration: Vec<S>,
     pub out: ImposedOut<S>,
     pub actuation: Vec<Actuation<S>>,
     /// Own states' relaxation at the grid step left and at the one reached.
@@ -38,7 +41,7 @@ struct Stages<S> {
 
 impl<'a, S: Kind> Walk<'a, S> {
     /// At the start of a run, its springs at rest under their load.
-    pub fn new(dynamics: Dynamics<'a, S>, record: &'a Record, imposed: &'a [bool]) -> Self {
+    pub fn new(dynamics: Dynamics<'a, S>, record: &'a Record, freedom: &'a Freedom) -> Self {
         let plant = dynamics.plant();
         let (nv, states) = (plant.model().nv, plant.state_len());
         let zeros = || vec![S::ZERO; nv];
@@ -47,9 +50,10 @@ impl<'a, S: Kind> Walk<'a, S> {
             x: LinkState::zero(plant),
             dynamics,
             record,
-            imposed,
-            free: (0..nv).filter(|&i| !imposed[i]).collect(),
+            freedom,
+            free: (0..nv).filter(|&i| !freedom.imposed[i]).collect(),
             acceleration: zeros(),
+            link_acceleration: zeros(),
             out: ImposedOut::new(nv),
             actuation: vec![Actuation::default(); nv],
             relax: [vec![Relaxation::default(); states], vec![Relaxation::default(); states]],
@@ -67,17 +71,17 @@ impl<'a, S: Kind> Walk<'a, S> {
 
     // Static equilibrium of the springs under the load of the first pose: two rounds of q = θ − c τ_j.
     fn start(&mut self) {
-        let nv = self.imposed.len();
+        let nv = self.freedom.imposed.len();
         let all = vec![true; nv];
         self.set_motor(0);
-        for i in 0..nv {
-            (self.x.q[i], self.x.qd[i]) = (self.x.theta[i], self.x.thetad[i]);
-        }
         if self.free.is_empty() {
             return;
         }
+        for i in 0..nv {
+            (self.x.q[i], self.x.qd[i]) = (self.x.theta[i], self.x.thetad[i]);
+        }
         for _ in 0..2 {
-            let motor = MotorMotion { acceleration: &self.acceleration, imposed: &all };
+            let motor = MotorMotion { acceleration: &self.acceleration, imposed: &all, links: None };
             let plant_q = self.x.q.clone();
             self.dynamics.imposed_motion(&self.x, motor, &mut self.out);
             for &i in &self.free {
@@ -88,72 +92,51 @@ impl<'a, S: Kind> Walk<'a, S> {
                 break;
             }
         }
+        self.set_motor(0);
     }
 
-    /// The motors at grid step `k`.
+    /// The motors, and the links that are told how to move, at grid step `k`.
     pub fn set_motor(&mut self, k: usize) {
-        for i in 0..self.imposed.len() {
-            self.x.theta[i] = S::constant(self.record.theta[i][k]);
-            self.x.thetad[i] = S::constant(self.record.thetad[i][k]);
-            self.acceleration[i] = S::constant(self.record.thetadd[i][k]);
-            if self.imposed[i] {
-                (self.x.q[i], self.x.qd[i]) = (self.x.theta[i], self.x.thetad[i]);
-            }
+        let r = self.record;
+        for i in 0..self.freedom.imposed.len() {
+            self.set(i, [r.theta[i][k], r.thetad[i][k], r.thetadd[i][k]], |series| series[k]);
+        }
+    }
+
+    // Motor and link of one joint; `link` takes from a series of a given link.
+    fn set(&mut self, i: usize, motor: [f64; 3], link: impl Fn(&[[f64; 3]]) -> [f64; 3]) {
+        let [theta, thetad, acceleration] = motor.map(S::constant);
+        (self.x.theta[i], self.x.thetad[i], self.acceleration[i]) = (theta, thetad, acceleration);
+        if let Some(series) = self.record.given(self.freedom, i) {
+            let [q, qd, qdd] = link(series).map(S::constant);
+            (self.x.q[i], self.x.qd[i], self.link_acceleration[i]) = (q, qd, qdd);
+        } else if self.freedom.imposed[i] {
+            (self.x.q[i], self.x.qd[i]) = (theta, thetad);
         }
     }
 
     /// Everything at grid step `k`.
     pub fn torque(&mut self, k: usize) {
         self.set_motor(k);
-        let motor = MotorMotion { acceleration: &self.acceleration, imposed: self.imposed };
+        let motor = self.freedom.motion(&self.acceleration, &self.link_acceleration);
         self.dynamics.imposed_torque(&self.x, motor, &mut self.out);
         self.dynamics.actuation(&self.x, &mut self.actuation);
     }
 
-    /// From grid step `k` to `k + 2` with the motors between them known; calls `between` at `k + 1`, where the links'
-    /// motion is the quintic of both ends, and ends at `k + 2`. No joint may be imposed.
-    pub fn two_steps(&mut self, k: usize, between: impl FnOnce(&mut Self)) {
-        let h = 2.0 * self.record.scales.step();
-        let first = self.out.qdd.clone();
-        self.leap(k, 2);
-        let Stages { q, qd, z, .. } = &self.stages;
-        let end = [self.x.q.clone(), self.x.qd.clone(), self.x.z.clone()];
-        for i in 0..q.len() {
-            // The quintic through positions, velocities and accelerations.
-            let (q0, q1, v0, v1) = (q[i], self.x.q[i], qd[i], self.x.qd[i]);
-            let (a0, a1) = (first[i], self.out.qdd[i]);
-            self.x.q[i] = (q0 + q1) * 0.5 + (v0 - v1) * (5.0 * h / 32.0) + (a0 + a1) * (h * h / 64.0);
-            self.x.qd[i] = (q1 - q0) * (1.875 / h) - (v0 + v1) * 0.4375 + (a1 - a0) * (h / 32.0);
-        }
-        for (s, z0) in z.iter().enumerate() {
-            self.x.z[s] = relaxed(*z0, mean(self.relax[0][s], self.relax[1][s]), 0.5 * h);
-        }
-        self.set_motor(k + 1);
-        self.dynamics.gear_torque(&self.x, &self.acceleration, &mut self.out);
-        self.dynamics.actuation(&self.x, &mut self.actuation);
-        between(self);
-        [self.x.q, self.x.qd, self.x.z] = end;
-    }
-
     /// From grid step `k` to `k + 1`: own states by their exact exponential, springs by Runge–Kutta.
     pub fn step(&mut self, k: usize) {
-        self.leap(k, 1);
-    }
-
-    // Over `steps` grid steps, one or two.
-    fn leap(&mut self, k: usize, steps: usize) {
-        let h = self.record.scales.step() * steps as f64;
+        let h = self.record.scales.step();
         let states = !self.x.z.is_empty();
         if states {
             self.dynamics.relaxations(&self.x, &mut self.relax[0]);
         }
         self.stages.z.copy_from_slice(&self.x.z);
         if !self.free.is_empty() {
-            self.runge_kutta(k, steps, h);
+            self.runge_kutta(k, h);
         }
         if states {
             // Rates of both ends, at the motion of the next step.
-            self.set_motor(k + steps);
+            self.set_motor(k + 1);
             self.dynamics.relaxations(&self.x, &mut self.relax[1]);
             for s in 0..self.x.z.len() {
                 self.x.z[s] = relaxed(self.stages.z[s], mean(self.relax[0][s], self.relax[1][s]), h);
@@ -161,16 +144,12 @@ impl<'a, S: Kind> Walk<'a, S> {
         }
     }
 
-    fn runge_kutta(&mut self, k: usize, steps: usize, h: f64) {
+    fn runge_kutta(&mut self, k: usize, h: f64) {
         self.stages.q.copy_from_slice(&self.x.q);
         self.stages.qd.copy_from_slice(&self.x.qd);
         for (stage, share) in [0.0, 0.5, 0.5, 1.0].into_iter().enumerate() {
             if stage > 0 {
-                match (steps, share) {
-                    (1, _) => self.motor_between(k, share, h),
-                    (_, 1.0) => self.set_motor(k + 2),
-                    _ => self.set_motor(k + 1),
-                }
+                self.motor_between(k, share, h);
                 let Stages { q, qd, z, slope, .. } = &self.stages;
                 for &i in &self.free {
                     self.x.q[i] = q[i] + slope[0][i] * (share * h);
@@ -179,10 +158,10 @@ impl<'a, S: Kind> Walk<'a, S> {
                 for (s, r) in self.relax[0].iter().enumerate() {
                     self.x.z[s] = relaxed(z[s], *r, share * h);
                 }
-                let motor = MotorMotion { acceleration: &self.acceleration, imposed: self.imposed };
+                let motor = self.freedom.motion(&self.acceleration, &self.link_acceleration);
                 self.dynamics.imposed_motion(&self.x, motor, &mut self.out);
             }
-            self.lead(k, share * steps as f64);
+            self.lead(k, share);
             let weight = [1.0, 2.0, 2.0, 1.0][stage];
             let Stages { slope, sum, .. } = &mut self.stages;
             for &i in &self.free {
@@ -210,27 +189,24 @@ impl<'a, S: Kind> Walk<'a, S> {
         if share == 1.0 {
             return self.set_motor(k + 1);
         }
-        for i in 0..self.imposed.len() {
-            let r = self.record;
-            let (p0, p1) = (r.theta[i][k], r.theta[i][k + 1]);
-            let (v0, v1) = (r.thetad[i][k], r.thetad[i][k + 1]);
-            let (a0, a1) = (r.thetadd[i][k], r.thetadd[i][k + 1]);
-            let [position, velocity, acceleration] = match &r.middle {
-                Some([p, v, a]) => [p[i][k], v[i][k], a[i][k]],
-                None => [
-                    0.5 * (p0 + p1) + 0.125 * h * (v0 - v1),
-                    1.5 * (p1 - p0) / h - 0.25 * (v0 + v1),
-                    0.5 * (a0 + a1),
-                ],
+        let r = self.record;
+        for i in 0..self.freedom.imposed.len() {
+            let motor = match &r.middle {
+                Some(middle) => middle.each_ref().map(|series| series[i][k]),
+                None => {
+                    let at = |k: usize| [r.theta[i][k], r.thetad[i][k], r.thetadd[i][k]];
+                    halfway(at(k), at(k + 1), h)
+                }
             };
-            self.x.theta[i] = S::constant(position);
-            self.x.thetad[i] = S::constant(velocity);
-            self.acceleration[i] = S::constant(acceleration);
-            if self.imposed[i] {
-                (self.x.q[i], self.x.qd[i]) = (self.x.theta[i], self.x.thetad[i]);
-            }
+            self.set(i, motor, |series| halfway(series[k], series[k + 1], h));
         }
     }
+}
+
+// Position, velocity and acceleration between two grid steps.
+fn halfway([p0, v0, a0]: [f64; 3], [p1, v1, a1]: [f64; 3], h: f64) -> [f64; 3] {
+    let position = 0.5 * (p0 + p1) + 0.125 * h * (v0 - v1);
+    [position, 1.5 * (p1 - p0) / h - 0.25 * (v0 + v1), 0.5 * (a0 + a1)]
 }
 
 /// The start of a spring is not known: for a moment its link is led to where its encoder saw it, or damped if it has

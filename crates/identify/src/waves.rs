@@ -40,9 +40,19 @@ impl Waves {
         let first = ((FEWEST_PERIODS * std::f64::consts::TAU / range).ceil() as usize).max(4);
         // By run: sin nθ and cos nθ for every n, one after the other.
         let series = |r: &Record| -> Vec<Vec<f64>> {
-            let functions: [fn(f64) -> f64; 2] = [f64::sin, f64::cos];
-            let wave = |n: usize, f: fn(f64) -> f64| r.theta[dof].iter().map(|t| f(n as f64 * t)).collect();
-            (first..=MOST_PERIODS).flat_map(|n| functions.map(|f| wave(n, f))).collect()
+            let turn: Vec<(f64, f64)> = r.theta[dof].iter().map(|t| t.sin_cos()).collect();
+            let mut wave: Vec<(f64, f64)> =
+                r.theta[dof].iter().map(|t| (first as f64 * t).sin_cos()).collect();
+            let mut all = Vec::with_capacity(2 * (MOST_PERIODS + 1 - first));
+            for _ in first..=MOST_PERIODS {
+                all.push(wave.iter().map(|w| w.0).collect());
+                all.push(wave.iter().map(|w| w.1).collect());
+                // sin (n + 1)θ = sin nθ cos θ + cos nθ sin θ,  cos (n + 1)θ alike
+                for ((s, c), (st, ct)) in wave.iter_mut().zip(&turn) {
+                    (*s, *c) = (*s * ct + *c * st, *c * ct - *s * st);
+                }
+            }
+            all
         };
         let pairs = |channel: usize| -> Arc<Pairs> {
             let mut pairs: Pairs = vec![Default::default(); MOST_PERIODS + 1 - first];

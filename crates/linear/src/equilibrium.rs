@@ -40,7 +40,7 @@ impl Equilibrium {
         let mut x = State::zero(plant);
         x.q.copy_from_slice(q);
         x.theta.copy_from_slice(q);
-        let motion = MotorMotion { acceleration: &vec![0.0; nv], imposed: &vec![true; nv] };
+        let motion = MotorMotion { acceleration: &vec![0.0; nv], imposed: &vec![true; nv], links: None };
         let mut out = ImposedOut::new(nv);
         let mut dynamics = Dynamics::new(plant, p);
         dynamics.imposed_torque(&x, motion, &mut out);

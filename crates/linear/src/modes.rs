@@ -115,7 +115,7 @@ fn mass(plant: &Plant, p: &[f64], q: &[f64], layout: &Layout) -> Mat<f64> {
         for (direction, k) in chunk.clone().enumerate() {
             acceleration[k] = Derivative::variable(0.0, direction);
         }
-        let motion = MotorMotion { acceleration: &acceleration, imposed: &vec![true; nv] };
+        let motion = MotorMotion { acceleration: &acceleration, imposed: &vec![true; nv], links: None };
         dynamics.imposed_motion(&x, motion, &mut out);
         for (direction, k) in chunk.enumerate() {
             for i in 0..nv {

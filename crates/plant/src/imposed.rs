@@ -13,8 +13,38 @@ use crate::{Dynamics, LinkState, Plant};
 pub struct MotorMotion<'a, S> {
     /// θ̈.
     pub acceleration: &'a [S],
-    /// True for the degrees of freedom that move with their motor; the springs of the others are simulated.
+    /// True for the degrees of freedom whose link moves as told: with its motor, or as given. The springs of the others
+    /// are simulated.
     pub imposed: &'a [bool],
+    /// Links that move as given; without them every imposed link moves with its motor.
+    pub links: Option<GivenLinks<'a, S>>,
+}
+
+/// Links on springs, some of which move as given, by degree of freedom.
+#[derive(Debug, Clone, Copy)]
+pub struct GivenLinks<'a, S> {
+    /// True for a link that moves as given; it counts as imposed too.
+    pub given: &'a [bool],
+    /// q̈; read where the link moves as given.
+    pub acceleration: &'a [S],
+}
+
+impl<S: Scalar> MotorMotion<'_, S> {
+    // The link of `dof` moves as given.
+    fn is_given(&self, dof: usize) -> bool {
+        self.links.is_some_and(|links| links.given[dof])
+    }
+    // The link of `dof` moves with its motor.
+    fn is_rigid(&self, dof: usize) -> bool {
+        self.imposed[dof] && !self.is_given(dof)
+    }
+    // q̈ of an imposed link.
+    fn of_link(&self, dof: usize) -> S {
+        match self.links {
+            Some(links) if links.given[dof] => links.acceleration[dof],
+            _ => self.acceleration[dof],
+        }
+    }
 }
 
 /// What follows from an imposed motor motion.
@@ -26,37 +56,49 @@ pub struct ImposedOut<S> {
     pub tau_j: Vec<S>,
     /// Torque that must act on the motors, N·m; filled by [`Dynamics::imposed_torque`] only.
     pub tau_m: Vec<S>,
+    /// Torque that must act on a link besides, for it to move as given, N·m; zero for other links.
+    pub tau_l: Vec<S>,
 }
 
 impl<S: Kind> ImposedOut<S> {
     /// Room for `nv` degrees of freedom.
     pub fn new(nv: usize) -> Self {
         let zeros = vec![S::ZERO; nv];
-        Self { qdd: zeros.clone(), tau_j: zeros.clone(), tau_m: zeros }
+        Self { qdd: zeros.clone(), tau_j: zeros.clone(), tau_m: zeros.clone(), tau_l: zeros }
     }
 }
 
 impl<S: Kind> Dynamics<'_, S> {
-    /// Accelerations of the links and torques of the gears. Where a joint is imposed, `x.q` and `x.qd` must
+    /// Accelerations of the links and torques of the gears. Where a link moves with its motor, `x.q` and `x.qd` must
     /// equal the motor's.
     ///
     /// ```text
-    /// M(q) q̈ + C q̇ + g = τ_j + f_link,   q̈ = θ̈ in joints that move with their motor
+    /// M(q) q̈ + C q̇ + g = τ_j + f_link + τ_l,   q̈ = θ̈ of links that move with their motor,   τ_l ≠ 0 of given links only
     /// ```
     pub fn imposed_motion(&mut self, x: &LinkState<S>, motor: MotorMotion<S>, out: &mut ImposedOut<S>) {
-        self.springs(x, |i| !motor.imposed[i]);
+        self.springs(x, |i| !motor.is_rigid(i));
         self.link_forces(x);
         let nv = self.plant.model.nv;
         for i in 0..nv {
             self.armature[i] = S::ZERO;
-            self.qdd[i] = motor.acceleration[i];
+            self.qdd[i] = motor.of_link(i);
             self.tau[i] = self.tau_j[i] + self.link_force[i];
         }
         let bodies = Self::bodies(self.plant, &self.coefficients, &self.armature);
         let (qdd, tau) = (&mut self.qdd, &mut self.tau);
-        hybrid_dynamics_with(&bodies, &mut self.scratch, &x.q, &x.qd, motor.imposed, qdd, tau);
-        for i in (0..nv).filter(|&i| motor.imposed[i]) {
-            self.tau_j[i] = self.tau[i] - self.link_force[i];
+        if motor.imposed.iter().all(|&imposed| imposed) {
+            inverse_dynamics_with(&bodies, &mut self.scratch, &x.q, &x.qd, qdd, tau);
+        } else {
+            hybrid_dynamics_with(&bodies, &mut self.scratch, &x.q, &x.qd, motor.imposed, qdd, tau);
+        }
+        for i in 0..nv {
+            let needed = self.tau[i] - self.link_force[i];
+            out.tau_l[i] = S::ZERO;
+            if motor.is_given(i) {
+                out.tau_l[i] = needed - self.tau_j[i];
+            } else if motor.imposed[i] {
+                self.tau_j[i] = needed;
+            }
         }
         out.qdd.copy_from_slice(&self.qdd);
         out.tau_j.copy_from_slice(&self.tau_j);
@@ -155,6 +197,7 @@ impl Dynamics<'_, Derivative> {
     /// ```text
     /// free joints      r = δτ_j + δf_link − δ(M q̈ + C q̇ + g),  q̈ held;   δq̈ = M_ff⁻¹ r_f
     /// imposed joints   r = δf_link − δ(M q̈ + C q̇ + g);                   δτ_j = M_if δq̈_f − r_i
+    /// given links      r as of free joints;                               δτ_l = M_if δq̈_f − r_i
     /// ```
     ///
     /// Only derivatives are filled in beside the values of `at`. Forces may be those of some effects only ([`Dynamics::of_some`]), if no other force
@@ -168,7 +211,7 @@ impl Dynamics<'_, Derivative> {
         out: &mut ImposedOut<Derivative>,
     ) {
         let nv = self.plant.model.nv;
-        self.springs(x, |i| !motor.imposed[i]);
+        self.springs(x, |i| !motor.is_rigid(i));
         self.link_forces(x);
         for i in 0..nv {
             self.armature[i] = Derivative::ZERO;
@@ -189,7 +232,7 @@ impl Dynamics<'_, Derivative> {
             }
         }
         for i in 0..nv {
-            let spring = if motor.imposed[i] { Derivative::ZERO } else { self.tau_j[i] };
+            let spring = if motor.is_rigid(i) { Derivative::ZERO } else { self.tau_j[i] };
             self.tau[i] = spring + self.link_force[i] - self.tau[i];
         }
         for i in 0..nv {
@@ -197,11 +240,14 @@ impl Dynamics<'_, Derivative> {
             for j in (0..nv).filter(|&j| !motor.imposed[j]) {
                 answer += self.tau[j] * at.response[i + nv * j];
             }
-            let (qdd, tau_j) = if motor.imposed[i] {
-                (Derivative::ZERO, answer - self.tau[i])
+            let (qdd, tau_j, tau_l) = if motor.is_given(i) {
+                (Derivative::ZERO, self.tau_j[i], answer - self.tau[i])
+            } else if motor.imposed[i] {
+                (Derivative::ZERO, answer - self.tau[i], Derivative::ZERO)
             } else {
-                (answer, self.tau_j[i])
+                (answer, self.tau_j[i], Derivative::ZERO)
             };
+            out.tau_l[i] = Derivative { value: at.out.tau_l[i], ..tau_l };
             out.qdd[i] = Derivative { value: at.out.qdd[i], ..qdd };
             self.tau_j[i] = Derivative { value: at.out.tau_j[i], ..tau_j };
         }
@@ -235,6 +281,7 @@ impl Dynamics<'_, Derivative> {
         for i in 0..self.plant.model.nv {
             self.tau_j[i] = Derivative::constant(at.out.tau_j[i]);
             (out.qdd[i], out.tau_j[i]) = (Derivative::constant(at.out.qdd[i]), self.tau_j[i]);
+            out.tau_l[i] = Derivative::constant(at.out.tau_l[i]);
         }
     }
 }

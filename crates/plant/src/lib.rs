@@ -15,5 +15,5 @@ pub use active::Active;
 pub use dynamics::{Dynamics, LinkState};
 pub use error::PlantError;
 pub use forward::{Rates, State};
-pub use imposed::{ImposedAt, ImposedOut, MotorMotion, Moving};
+pub use imposed::{GivenLinks, ImposedAt, ImposedOut, MotorMotion, Moving};
 pub use plant::{ParameterId, Plant};

@@ -73,7 +73,7 @@ impl<'a> Controller<'a> {
     fn torque(&mut self) -> &[f64] {
         self.state.theta.copy_from_slice(&self.state.q);
         self.state.thetad.copy_from_slice(&self.state.qd);
-        let motion = MotorMotion { acceleration: &self.acceleration, imposed: &self.imposed };
+        let motion = MotorMotion { acceleration: &self.acceleration, imposed: &self.imposed, links: None };
         self.model.imposed_torque(&self.state, motion, &mut self.out);
         &self.out.tau_m
     }

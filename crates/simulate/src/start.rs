@@ -42,7 +42,7 @@ impl Start {
         let mut x = State::zero(plant);
         x.q.copy_from_slice(q);
         x.theta.copy_from_slice(q);
-        let motion = MotorMotion { acceleration: &vec![0.0; nv], imposed: &vec![true; nv] };
+        let motion = MotorMotion { acceleration: &vec![0.0; nv], imposed: &vec![true; nv], links: None };
         let mut out = ImposedOut::new(nv);
         dynamics.imposed_motion(&x, motion, &mut out);
         let needed = out.tau_j;

@@ -10,7 +10,7 @@
 use std::ops::Range;
 
 use super::kalman::Gain;
-use super::system::{Deviations, Joint, Side, System};
+use super::system::{Deviations, Joint, System, Torques};
 
 /// The frozen filters of all joints of a run.
 #[derive(Debug, Clone)]
@@ -24,29 +24,50 @@ pub(super) struct Filters {
 
 impl Filters {
     /// Sums of `every` whitened innovations, each by √every, of motor and link of every joint, for W sets of inputs at
-    /// once. `input(joint, k)`: torque of the hold after sample k, motor and link position at it.
+    /// once. `input(joint, k)`: torques of the hold after sample k, positions of motor and link at it.
     pub fn rows<const W: usize>(
         &self,
-        side: Side,
-        input: impl Fn(usize, usize) -> [[f64; W]; 3],
+        input: impl Fn(usize, usize) -> [[[f64; W]; 2]; 2],
+    ) -> Vec<[Vec<[f64; W]>; 2]> {
+        #[cfg(target_arch = "x86_64")]
+        if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
+            // SAFETY: the machine has the instructions that the function is compiled for.
+            return unsafe { self.run_avx2(input) };
+        }
+        self.run(input)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma")]
+    fn run_avx2<const W: usize>(
+        &self,
+        input: impl Fn(usize, usize) -> [[[f64; W]; 2]; 2],
+    ) -> Vec<[Vec<[f64; W]>; 2]> {
+        self.run(input)
+    }
+
+    // Inlined into its callers, so that each compiles it for its own instructions.
+    #[inline(always)]
+    fn run<const W: usize>(
+        &self,
+        input: impl Fn(usize, usize) -> [[[f64; W]; 2]; 2],
     ) -> Vec<[Vec<[f64; W]>; 2]> {
         let n = self.system.joints.len();
         let count = self.system.len() / self.every;
         let mut out = vec![[Vec::with_capacity(count), Vec::with_capacity(count)]; n];
         let mut sums = vec![[[0.0; W]; 2]; n];
         let mut x = vec![[[0.0; W]; 4]; n];
-        let mut torques = vec![[0.0; W]; n];
+        let mut torques = vec![[[0.0; W]; 2]; n];
         let mut read = vec![[[0.0; W]; 2]; n];
         let share = 1.0 / (self.every as f64).sqrt();
         for k in 0..count * self.every {
             for i in 0..n {
-                let [torque, motor, link] = input(i, k);
-                (torques[i], read[i]) = (torque, [motor, link]);
+                [torques[i], read[i]] = input(i, k);
             }
             for (group, gains) in &self.groups {
                 self.correct(group.clone(), gains, k, &read, &mut x, &mut sums);
             }
-            self.system.advance(0..n, k, side, &torques, &mut x);
+            self.system.advance(0..n, k, &torques, &mut x);
             if (k + 1) % self.every == 0 {
                 for (out, sums) in out.iter_mut().zip(&mut sums) {
                     for (out, sum) in out.iter_mut().zip(sums) {
@@ -59,12 +80,11 @@ impl Filters {
         out
     }
 
-    /// Rows of one joint that W torques give it, the other joints left out: good enough for what is not physics.
+    /// Rows of one joint that W sets of torques give it, the other joints left out: good enough for what is not physics.
     pub fn rows_alone<const W: usize>(
         &self,
         joint: usize,
-        side: Side,
-        torque: impl Fn(usize) -> [f64; W],
+        torques: impl Fn(usize) -> Torques<W>,
     ) -> [Vec<[f64; W]>; 2] {
         let count = self.system.len() / self.every;
         let mut out = [Vec::with_capacity(count), Vec::with_capacity(count)];
@@ -91,7 +111,7 @@ impl Filters {
                     }
                 }
             }
-            x = own.advanced(k, side, &x, &torque(k));
+            x = own.advanced(k, &x, &torques(k));
             if (k + 1) % self.every == 0 {
                 for (out, sum) in out.iter_mut().zip(&mut sums) {
                     out.push(sum.map(|s| s * share));
@@ -164,7 +184,7 @@ mod tests {
         for k in 0..system.len() {
             truth.push(x[0][0][0]);
             read.push(x[0][0][0] + 1e-5 * normal());
-            system.advance(0..1, k, Side::Motor, &[[normal()]], &mut x);
+            system.advance(0..1, k, &[[[normal()], [0.0]]], &mut x);
         }
         (read, truth)
     }
@@ -186,7 +206,7 @@ mod tests {
         let noise = [1.0];
         let gains = Kalman { system: &system, group: 0..1, noise: &noise }.gains();
         let filters = Filters { system, groups: vec![(0..1, gains)], every: 16 };
-        let rows = filters.rows(Side::Motor, |_, k| [[0.0], [read[k]], [0.0]]);
+        let rows = filters.rows(|_, k| [[[0.0], [0.0]], [[read[k]], [0.0]]]);
         let z: Vec<f64> = rows[0][0][60..].iter().map(|[z]| *z).collect();
         let mean = z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64;
         let lag = z.windows(2).map(|z| z[0] * z[1]).sum::<f64>() / z.len() as f64;

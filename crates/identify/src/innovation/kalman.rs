@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use super::system::{Deviations, Joint, Side, State, System};
+use super::system::{Deviations, Joint, State, System, Torques};
 
 /// Most joints whose covariance is carried along together.
 pub(super) const GROUP: usize = 3;
@@ -162,8 +162,8 @@ impl Kalman<'_> {
     }
 
     fn predict(&self, k: usize, x: &mut Deviations<1>, input: &impl Fn(usize, usize) -> Input) {
-        let torques: Vec<[f64; 1]> = self.group.clone().map(|j| [input(j, k)[0]]).collect();
-        self.system.advance(self.group.clone(), k, Side::Motor, &torques, x);
+        let torques: Vec<Torques<1>> = self.group.clone().map(|j| [[input(j, k)[0]], [0.0]]).collect();
+        self.system.advance(self.group.clone(), k, &torques, x);
     }
 
     // Φ P  and  P⁻ = Φ P Φᵀ + Q
@@ -177,8 +177,8 @@ impl Kalman<'_> {
             }
         }
         let mut next = self.carried(&turned, k);
-        for side in [Side::Motor, Side::Link] {
-            for (g, variance) in self.effects(k, side) {
+        for of_motor in [true, false] {
+            for (g, variance) in self.effects(k, of_motor) {
                 for i in (0..d).filter(|&i| g[i] != 0.0) {
                     for j in 0..d {
                         next[i * d + j] += variance * g[i] * g[j];
@@ -198,7 +198,7 @@ impl Kalman<'_> {
     // Φ times a matrix, four columns at a time.
     fn carried(&self, matrix: &[f64], k: usize) -> Covariance {
         let (d, n) = (self.size(), self.group.len());
-        let still = [[0.0; 4]; GROUP];
+        let still = [[[0.0; 4]; 2]; GROUP];
         let mut out = vec![0.0; d * d];
         for block in 0..n {
             let at = |i: usize, s: usize, w: usize| (4 * i + s) * d + 4 * block + w;
@@ -208,7 +208,7 @@ impl Kalman<'_> {
                     *x = std::array::from_fn(|w| matrix[at(i, s, w)]);
                 }
             }
-            self.system.advance(self.group.clone(), k, Side::Motor, &still[..n], &mut x[..n]);
+            self.system.advance(self.group.clone(), k, &still[..n], &mut x[..n]);
             for (i, x) in x[..n].iter().enumerate() {
                 for (s, x) in x.iter().enumerate() {
                     (0..4).for_each(|w| out[at(i, s, w)] = x[w]);
@@ -218,15 +218,15 @@ impl Kalman<'_> {
         out
     }
 
-    // What a torque noise of one joint does to the states of the group in one step, with its variance.
-    fn effects(&self, k: usize, side: Side) -> impl Iterator<Item = ([f64; 4 * GROUP], f64)> {
+    // What a torque noise of one joint, on its motor or on its link, does to the states of the group in one step, with its variance.
+    fn effects(&self, k: usize, of_motor: bool) -> impl Iterator<Item = ([f64; 4 * GROUP], f64)> {
         let n = self.group.len();
         (0..n).map(move |j| {
             let joint = &self.joints()[j];
-            let own = if side == Side::Motor { &joint.steps[k].motor } else { &joint.steps[k].link };
+            let own = if of_motor { &joint.steps[k].motor } else { &joint.steps[k].link };
             let mut g = [0.0; 4 * GROUP];
             g[4 * j..4 * j + 4].copy_from_slice(own);
-            if side == Side::Link || joint.encoders.shown == 0 {
+            if !of_motor || joint.is_rigid() {
                 let mobility = &self.system.mobility[k / self.system.mobility_every];
                 let (all, first) = (self.system.joints.len(), self.group.start);
                 for i in (0..n).filter(|&i| i != j) {
@@ -235,7 +235,7 @@ impl Kalman<'_> {
                 }
             }
             let noise = self.noise[self.group.start + j];
-            let share = if side == Side::Motor { 1.0 } else { LINK_SHARE };
+            let share = if of_motor { 1.0 } else { LINK_SHARE };
             (g, (share * noise).powi(2))
         })
     }

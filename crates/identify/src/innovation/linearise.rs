@@ -4,11 +4,11 @@ use faer::Mat;
 
 use sinew_effect::Derivative;
 use sinew_model::Scalar;
-use sinew_plant::{Dynamics, ImposedOut, LinkState, MotorMotion, Plant};
+use sinew_plant::{Dynamics, ImposedOut, LinkState, Plant};
 use sinew_rigid::{Bodies, Scratch, mass_matrix_with};
 
 use super::system::Linear;
-use crate::imposed::imposed_dofs;
+use crate::freedom::{Freedom, Links, Springs};
 use crate::least_squares::Normal;
 use crate::record::{Channel, Record};
 use crate::series::Series;
@@ -20,8 +20,8 @@ pub(super) struct Along {
     pub predicted: Vec<Vec<f64>>,
     /// Equations by degree of freedom and hold.
     pub linear: Vec<Vec<Linear>>,
-    /// Joints that move with their motor.
-    pub imposed: Vec<bool>,
+    /// Where the links are; none of joints that move with their motor.
+    pub links: Links,
     /// By how much the mean motor torque over a hold differs from that in its middle, by degree of freedom and hold.
     pub hold_means: Vec<Vec<f64>>,
     /// Inverse inertia, by rows, at every [`INERTIA_EVERY`]th hold.
@@ -46,8 +46,9 @@ pub(super) const INERTIA_EVERY: usize = 8;
 /// ```
 pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Channel]) -> Along {
     let nv = plant.model().nv;
-    let imposed = imposed_dofs(plant, p, record);
-    let mut walk = Walk::new(Dynamics::new(plant, p), record, &imposed);
+    let freedom = Freedom::of(plant, p, record, Springs::Simulated);
+    let imposed = &freedom.imposed;
+    let mut walk = Walk::new(Dynamics::new(plant, p), record, &freedom);
     let mut series = Series::new(channels, nv, record.len());
     let constants: Vec<Derivative> = p.iter().map(|&x| Derivative::constant(x)).collect();
     let mut dual = Dual {
@@ -56,17 +57,22 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
         acceleration: vec![Derivative::ZERO; nv],
         out: ImposedOut::new(nv),
     };
-    dual.seed(&imposed);
+    dual.seed(imposed);
+    let room = |imposed: &bool| (!imposed).then(|| Vec::with_capacity(record.len()));
+    let mut links: Vec<Option<Vec<[f64; 3]>>> = imposed.iter().map(room).collect();
     let mut mobility: Vec<Vec<f64>> = Vec::new();
     let mut linear = vec![Vec::with_capacity(record.len()); nv];
     let mut hold_means = vec![Vec::with_capacity(record.len()); nv];
     for k in 0..record.len() {
         walk.torque(k);
-        series.store(&walk.dynamics, &walk.x, &imposed, &walk.out, &walk.actuation);
-        if k % INERTIA_EVERY == 0 {
-            mobility.push(mobilities(&walk, &imposed));
+        series.store(&walk.dynamics, &walk.x, &freedom, &walk.out, &walk.actuation);
+        for (i, link) in links.iter_mut().enumerate() {
+            link.iter_mut().for_each(|l| l.push([walk.x.q[i], walk.x.qd[i], walk.out.qdd[i]]));
         }
-        dual.evaluate(&walk, &imposed);
+        if k % INERTIA_EVERY == 0 {
+            mobility.push(mobilities(&walk, imposed));
+        }
+        dual.evaluate(&walk, &freedom);
         for (dof, list) in linear.iter_mut().enumerate() {
             let own = mobility.last().map_or(0.0, |m| m[dof * nv + dof]);
             list.push(dual.linear(dof, imposed[dof], own));
@@ -76,8 +82,9 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
             walk.step(k);
         }
     }
-    let predicted = series.logged(&walk.dynamics, record.scales.step());
-    Along { predicted, linear, imposed, hold_means, mobility }
+    let predicted = series.logged(&walk.dynamics, record.scales.step()).channels;
+    let links = Links { motion: links };
+    Along { predicted, linear, links, hold_means, mobility }
 }
 
 struct Dual<'a> {
@@ -98,15 +105,15 @@ impl Dual<'_> {
         }
     }
 
-    fn evaluate(&mut self, walk: &Walk<f64>, imposed: &[bool]) {
+    fn evaluate(&mut self, walk: &Walk<f64>, freedom: &Freedom) {
         self.x.set_values(&walk.x);
         for (to, from) in self.acceleration.iter_mut().zip(&walk.acceleration) {
             to.value = *from;
         }
-        if imposed.iter().all(|i| !i) {
+        if freedom.is_free() {
             return self.dynamics.gear_torque(&self.x, &self.acceleration, &mut self.out);
         }
-        let motor = MotorMotion { acceleration: &self.acceleration, imposed };
+        let motor = freedom.motion(&self.acceleration, &[]);
         self.dynamics.imposed_torque(&self.x, motor, &mut self.out);
     }
 

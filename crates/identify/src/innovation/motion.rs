@@ -7,6 +7,7 @@ use sinew_effect::Sensor;
 use sinew_model::Robot;
 
 use super::rows::Innovations;
+use crate::freedom::Links;
 use crate::record::{Record, Reduction, START, Sensors, channel_signal, noise_of};
 use crate::scale::Scales;
 
@@ -128,6 +129,7 @@ impl Even {
             noise: self.noise.clone(),
             position_noise: self.theta_noise.clone(),
             reduction: Reduction::Mean,
+            links: None,
             time,
         }
     }
@@ -138,7 +140,7 @@ impl Even {
     /// grid.
     ///
     /// θ = θ_k,   θ̇ = θ̇_k,   θ̈ = (θ̇_{k+1} − θ̇_{k−1})/2h,   k = 1, 3, …
-    pub fn thinned(&self, motion: &Motion, filters: &Arc<Innovations>) -> Record {
+    pub fn thinned(&self, motion: &Motion, links: &Links, filters: &Arc<Innovations>) -> Record {
         let h = self.scales.period;
         let odd = |x: &Vec<f64>| -> Vec<f64> { x.iter().skip(1).step_by(2).copied().collect() };
         let slope = |v: &Vec<f64>| {
@@ -148,6 +150,11 @@ impl Even {
             (1..v.len()).step_by(2).map(of).collect()
         };
         let thetad: Vec<Vec<f64>> = motion.thetad.iter().map(odd).collect();
+        let samples = motion.thetad.first().map_or(0, |v| v.len());
+        let met = |link: &Vec<[f64; 3]>| {
+            (1..samples).step_by(2).map(|k| at_sample(link.len(), k, |hold| link[hold])).collect()
+        };
+        let links = Links { motion: links.motion.iter().map(|link| link.as_ref().map(met)).collect() };
         let start = self.start.iter().map(|s| Some(s.as_ref()?.iter().skip(1).step_by(2).copied().collect()));
         Record {
             name: self.name.clone(),
@@ -163,6 +170,7 @@ impl Even {
             noise: self.noise.clone(),
             position_noise: self.theta_noise.clone(),
             reduction: Reduction::Thinned(Arc::clone(filters)),
+            links: Some(Arc::new(links)),
         }
     }
 }

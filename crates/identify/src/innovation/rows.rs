@@ -4,7 +4,7 @@ use sinew_effect::{DIRECTIONS, Derivative};
 
 use super::filter::Filters;
 use super::motion::{Even, Motion, at_sample, in_hold};
-use super::system::Side;
+use crate::series::Predicted;
 
 /// The frozen filters of a run, and the channels that they take in and give out: the innovation of a motor stands in the
 /// place of its torque, that of a link in the place of its position.
@@ -17,37 +17,55 @@ pub(crate) struct Innovations {
 }
 
 impl Innovations {
-    /// Rows of a predicted series of every channel, given at the middles of the holds; channel after channel.
-    pub fn rows(&self, series: &[Vec<f64>]) -> Vec<f64> {
-        let sets = self.through(|c, k| [series[c][k]]);
+    /// Rows of what is predicted at the middles of the holds; channel after channel.
+    pub fn rows(&self, predicted: &Predicted<f64>) -> Vec<f64> {
+        let sets = self.through(predicted, |series, k| [series[k]]);
         sets.into_iter().flatten().map(|[x]| x).collect()
     }
 
     /// The same of derivatives, given there or at every second sample, for the first `count` directions.
-    pub fn rows_along(&self, series: &[Vec<Derivative>], count: usize, thinned: bool) -> Vec<Vec<f64>> {
-        let of = |c: usize, k: usize| in_hold(series[c].len(), k, |m| series[c][m].derivative);
-        let sets = if thinned { self.through(of) } else { self.through(|c, k| series[c][k].derivative) };
+    pub fn rows_along(
+        &self,
+        predicted: &Predicted<Derivative>,
+        count: usize,
+        thinned: bool,
+    ) -> Vec<Vec<f64>> {
+        let between = |series: &[Derivative], k| in_hold(series.len(), k, |m| series[m].derivative);
+        let sets = if thinned {
+            self.through(predicted, between)
+        } else {
+            self.through(predicted, |series, k| series[k].derivative)
+        };
         let sets: Vec<[f64; DIRECTIONS]> = sets.into_iter().flatten().collect();
         (0..count.min(DIRECTIONS)).map(|d| sets.iter().map(|row| row[d]).collect()).collect()
     }
 
-    fn through<const W: usize>(&self, series: impl Fn(usize, usize) -> [f64; W]) -> Vec<Vec<[f64; W]>> {
+    // `of` takes from a series in the middle of a hold.
+    fn through<S, const W: usize>(
+        &self,
+        predicted: &Predicted<S>,
+        of: impl Fn(&[S], usize) -> [f64; W],
+    ) -> Vec<Vec<[f64; W]>> {
+        let Predicted { channels, links } = predicted;
+        let holds = self.filters.system.len();
         let input = |joint: usize, k: usize| {
-            let JointChannels { torque, position, .. } = self.joints[joint];
-            let holds = self.filters.system.len();
-            let link = position.map_or([0.0; W], |c| at_sample(holds, k, |hold| series(c, hold)));
-            [series(torque, k), [0.0; W], link]
+            let JointChannels { dof, torque, position } = self.joints[joint];
+            let on_link = links.get(dof).filter(|series| !series.is_empty());
+            let torques = [of(&channels[torque], k), on_link.map_or([0.0; W], |series| of(series, k))];
+            let link = position.map_or([0.0; W], |c| at_sample(holds, k, |hold| of(&channels[c], hold)));
+            [torques, [[0.0; W], link]]
         };
-        self.by_channel(self.filters.rows(Side::Motor, input))
+        self.by_channel(self.filters.rows(input))
     }
 
     /// Rows of what was measured along a reference; `means`: what the mean torque of a hold differs from that in its
     /// middle.
     pub(super) fn measured(&self, even: &Even, motion: &Motion, means: &[Vec<f64>]) -> Vec<f64> {
         let input = |joint: usize, k: usize| {
-            deviation_inputs(even, motion, means, self.joints[joint], k).map(|x| [x])
+            let [torque, motor, link] = deviation_inputs(even, motion, means, self.joints[joint], k);
+            [[[torque], [0.0]], [[motor], [link]]]
         };
-        let rows = self.by_channel(self.filters.rows(Side::Motor, input));
+        let rows = self.by_channel(self.filters.rows(input));
         rows.into_iter().flatten().map(|[x]| x).collect()
     }
 
@@ -56,12 +74,15 @@ impl Innovations {
     pub fn of_torques(&self, channel: usize, series: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let is = |j: &JointChannels| j.torque == channel || j.position == Some(channel);
         let Some(joint) = self.joints.iter().position(is) else { return vec![Vec::new(); series.len()] };
-        let side = if self.joints[joint].torque == channel { Side::Motor } else { Side::Link };
+        let of_motor = self.joints[joint].torque == channel;
         let mut out = Vec::with_capacity(series.len());
         for part in series.chunks(DIRECTIONS) {
-            let torque = |k: usize| std::array::from_fn(|w| part.get(w).map_or(0.0, |s| s[k]));
-            let [motor, link]: [Vec<[f64; DIRECTIONS]>; 2] = self.filters.rows_alone(joint, side, torque);
-            let rows = if side == Side::Motor { motor } else { link };
+            let torques = |k: usize| {
+                let sets = std::array::from_fn(|w| part.get(w).map_or(0.0, |s| s[k]));
+                if of_motor { [sets, [0.0; DIRECTIONS]] } else { [[0.0; DIRECTIONS], sets] }
+            };
+            let [motor, link]: [Vec<[f64; DIRECTIONS]>; 2] = self.filters.rows_alone(joint, torques);
+            let rows = if of_motor { motor } else { link };
             out.extend((0..part.len()).map(|w| rows.iter().map(|row| row[w]).collect()));
         }
         out

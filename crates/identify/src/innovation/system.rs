@@ -117,12 +117,8 @@ pub(super) struct System {
     pub mobility_every: usize,
 }
 
-/// Where a torque acts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Side {
-    Motor,
-    Link,
-}
+/// Torques on the motor and on the link of a joint, W sets of them at once.
+pub(super) type Torques<const W: usize> = [[f64; W]; 2];
 
 /// Deviations of some joints, W of them at once.
 pub(super) type Deviations<const W: usize> = [[[f64; W]; 4]];
@@ -136,29 +132,29 @@ impl System {
         self.joints.iter().map(|j| j.steps.len()).min().unwrap_or(0)
     }
 
-    /// x̃ ← Φ x̃ + g δτ of some of the joints, coupled among themselves.
+    /// x̃ ← Φ x̃ + g δτ + g_ℓ δτ_ℓ of some of the joints, coupled among themselves.
+    #[inline(always)]
     pub fn advance<const W: usize>(
         &self,
         joints: Range<usize>,
         k: usize,
-        side: Side,
-        torques: &[[f64; W]],
+        torques: &[Torques<W>],
         x: &mut Deviations<W>,
     ) {
-        self.kick(joints.clone(), k, side, torques, x);
-        for ((joint, x), torque) in self.joints[joints.clone()].iter().zip(x.iter_mut()).zip(torques) {
-            *x = joint.advanced(k, side, x, torque);
+        self.kick(joints.clone(), k, torques, x);
+        for ((joint, x), torques) in self.joints[joints.clone()].iter().zip(x.iter_mut()).zip(torques) {
+            *x = joint.advanced(k, x, torques);
         }
-        self.kick(joints, k, side, torques, x);
+        self.kick(joints, k, torques, x);
     }
 
     // q̇̃_i += h/2 Σ_{j≠i} (M⁻¹)_ij (push of j)
+    #[inline(always)]
     fn kick<const W: usize>(
         &self,
         joints: Range<usize>,
         k: usize,
-        side: Side,
-        torques: &[[f64; W]],
+        torques: &[Torques<W>],
         x: &mut Deviations<W>,
     ) {
         if joints.len() < 2 {
@@ -168,10 +164,11 @@ impl System {
         let mobility = &self.mobility[k / self.mobility_every];
         let mut pushes = [[0.0; W]; MOST_JOINTS];
         for (i, joint) in self.joints[joints.clone()].iter().enumerate() {
-            let direct = f64::from(u8::from(side == Side::Link || joint.encoders.shown == 0));
+            let of_motor = f64::from(u8::from(joint.is_rigid()));
+            let [motor, link] = &torques[i];
             for w in 0..W {
                 let own: f64 = (0..4).map(|s| joint.push[k][s] * x[i][s][w]).sum();
-                pushes[i][w] = 0.5 * self.period * (own + direct * torques[i][w]);
+                pushes[i][w] = 0.5 * self.period * (own + link[w] + of_motor * motor[w]);
             }
         }
         let first = joints.start;
@@ -188,17 +185,15 @@ impl System {
 }
 
 impl Joint {
-    /// Φ x̃ + g δτ
+    /// Φ x̃ + g δτ + g_ℓ δτ_ℓ
     #[inline(always)]
     pub fn advanced<const W: usize>(
         &self,
         k: usize,
-        side: Side,
         x: &[[f64; W]; 4],
-        torque: &[f64; W],
+        [motor, link]: &Torques<W>,
     ) -> [[f64; W]; 4] {
         let step = &self.steps[k];
-        let force = if side == Side::Motor { &step.motor } else { &step.link };
         let mut next = [[0.0; W]; 4];
         for (i, next) in next.iter_mut().enumerate() {
             let phi = &step.phi[i];
@@ -207,10 +202,16 @@ impl Joint {
                     + phi[1] * x[1][w]
                     + phi[2] * x[2][w]
                     + phi[3] * x[3][w]
-                    + force[i] * torque[w];
+                    + step.motor[i] * motor[w]
+                    + step.link[i] * link[w];
             }
         }
         next
+    }
+
+    /// True if motor and link move as one.
+    pub fn is_rigid(&self) -> bool {
+        self.encoders.shown == 0
     }
 
     /// The states that its encoders show, with the variances of a reading.

@@ -1,7 +1,7 @@
 //! One pass of dual numbers: the equations linearised along up to eight directions, at an instant of the walk.
 
 use sinew_effect::{Act, DIRECTIONS, Derivative, Reading, Relaxation, Sensor};
-use sinew_plant::{Dynamics, ImposedAt, ImposedOut, LinkState, MotorMotion, Moving, Plant};
+use sinew_plant::{Dynamics, ImposedAt, ImposedOut, LinkState, Moving, Plant};
 
 use crate::walk::{Walk, lead};
 
@@ -13,7 +13,7 @@ pub(super) const HERE: usize = 0;
 pub(super) const MIDDLE: usize = 1;
 pub(super) const NEXT: usize = 2;
 
-/// Linearised rows: q̈ (free), τ_m, τ_j, targets and rates of the live states.
+/// Linearised rows: q̈ (free), τ_m, τ_j, τ_l, targets and rates of the live states.
 pub(super) struct Pass<'a> {
     pub dynamics: Dynamics<'a, Derivative>,
     pub x: LinkState<Derivative>,
@@ -98,7 +98,7 @@ impl<'a> Pass<'a> {
         instant: usize,
     ) {
         self.x.set_values(&walk.x);
-        let motor = MotorMotion { acceleration: &walk.acceleration, imposed: walk.imposed };
+        let motor = walk.freedom.motion(&walk.acceleration, &walk.link_acceleration);
         if self.quiet {
             self.dynamics.steady_gears(at, &mut self.out);
         } else {
@@ -108,7 +108,7 @@ impl<'a> Pass<'a> {
         if share == 0.0 {
             self.dynamics.motor_derivatives(&self.x, motor, at, &mut self.out);
         }
-        let nv = walk.imposed.len();
+        let nv = walk.acceleration.len();
         let rows = &mut self.rows[instant];
         let (springs, torques) = rows.split_at_mut(walk.free.len());
         for (row, &i) in springs.iter_mut().zip(&walk.free) {
@@ -117,12 +117,13 @@ impl<'a> Pass<'a> {
         for i in 0..nv {
             torques[i] = self.out.tau_m[i].derivative;
             torques[nv + i] = self.out.tau_j[i].derivative;
+            torques[2 * nv + i] = self.out.tau_l[i].derivative;
         }
         if !self.remembers.is_empty() && share == 0.0 {
             self.dynamics.relaxations_of(&self.remembers, &self.x, &mut self.relax);
             for (s, &state) in live.iter().enumerate() {
-                torques[2 * nv + s] = self.relax[state].target.derivative;
-                torques[2 * nv + live.len() + s] = self.relax[state].rate.derivative;
+                torques[3 * nv + s] = self.relax[state].target.derivative;
+                torques[3 * nv + live.len() + s] = self.relax[state].rate.derivative;
             }
         }
     }

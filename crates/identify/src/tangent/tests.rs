@@ -11,7 +11,8 @@ use sinew_plant::Plant;
 use super::tangent_rows;
 use crate::Options;
 use crate::comparison::Prepared;
-use crate::imposed::{imposed_dofs, predict};
+use crate::freedom::{Freedom, Springs};
+use crate::imposed::predict;
 
 fn arm() -> Robot {
     let model = samples::planar_arm(2, 4.0, 0.5);
@@ -79,14 +80,14 @@ fn differences(strength: f64) -> Vec<(String, f64)> {
     let channels = &prepared.sensors.channels;
     let plant = Plant::with_effects(&robot, &effects(&robot, strength), &CATALOGUE).unwrap();
     let p = plant.parameters();
-    let imposed = imposed_dofs(&plant, &p, record);
-    assert_eq!(imposed, [false, false]);
+    let freedom = Freedom::of(&plant, &p, record, Springs::Simulated);
+    assert!(freedom.is_free());
     let fitted = |id: &sinew_plant::ParameterId| {
         plant.effects()[id.effect].effect.card().parameters[id.parameter].role != Role::Stated
     };
     let ids: Vec<_> = plant.parameter_ids().into_iter().filter(fitted).collect();
     let positions: Vec<usize> = ids.iter().map(|id| plant.position(*id)).collect();
-    let rows = tangent_rows(&plant, &p, record, channels, &imposed, &positions);
+    let rows = tangent_rows(&plant, &p, record, channels, &freedom, &positions);
     let settled = |rows: &[f64]| -> Vec<f64> {
         let each = rows.len() / channels.len();
         let first = (0.8 / (record.scales.step() * record.scales.every as f64)) as usize;
@@ -98,12 +99,12 @@ fn differences(strength: f64) -> Vec<(String, f64)> {
         for (direction, &position) in chunk.iter().enumerate() {
             dual[position] = Derivative::variable(p[position], direction);
         }
-        let series = predict(&plant, &dual, record, channels, &imposed);
+        let series = predict(&plant, &dual, record, channels, &freedom);
         for (direction, id) in ids.iter().enumerate() {
             let along = |s: &Vec<Derivative>| {
                 record.rows(&s.iter().map(|x| x.derivative[direction]).collect::<Vec<_>>())
             };
-            let want = settled(&series.iter().flat_map(along).collect::<Vec<_>>());
+            let want = settled(&series.channels.iter().flat_map(along).collect::<Vec<_>>());
             let got = settled(&rows[out.len()]);
             let length = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
             let size = length(&mut want.iter().copied());

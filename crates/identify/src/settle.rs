@@ -1,0 +1,117 @@
+//! The settling of a model: about a reference of its own, under the noise that everything on offer would leave.
+
+use crate::IdentifyError;
+use crate::colour::Whitener;
+use crate::freedom::Springs;
+use crate::least_squares::distance;
+use crate::problem::{Candidate, Linearised, objective, refine};
+use crate::refit::Fitted;
+use crate::search::{Accepted, Saturated, Search, State};
+
+// Most references taken before a model is settled about one, and the squared length of what they may differ by.
+const RENEWALS: usize = 3;
+const HOLDS: f64 = 10.0;
+// The share of the objective by which they may differ besides where derivatives are taken about the reference.
+const HOLDS_SHARE: f64 = 0.01;
+// Mean square of the whitened rows above which a fit may have ended in a wrong valley.
+const MISFIT: f64 = 4.0;
+
+impl Search<'_> {
+    /// [`Search::settled`] about a reference that this model gives.
+    pub fn settled_anew(
+        &self,
+        mut model: Candidate,
+        mut at: Linearised,
+        accepted: Vec<Accepted>,
+    ) -> Result<State, IdentifyError> {
+        if let Some((anew, value)) = self.renewed(&mut model) {
+            at = anew;
+            // Parameters that were bent to imitate an effect may not find back.
+            if !accepted.is_empty() && value > MISFIT * self.problem.form.layout().counted() {
+                let (kept, reference) = (model.p.clone(), self.problem.form.reference());
+                model.straighten();
+                match self.renewed(&mut model) {
+                    Some((again, lower)) if lower < value => at = again,
+                    _ => {
+                        model.p = kept;
+                        reference.iter().for_each(|r| self.problem.form.adopt(r));
+                    }
+                }
+            }
+        }
+        self.settled(model, at, accepted)
+    }
+
+    // The model refined about references of its own until they hold, with its objective; none where there is no
+    // reference.
+    fn renewed(&self, model: &mut Candidate) -> Option<(Linearised, f64)> {
+        let form = self.problem.form;
+        form.reference()?;
+        let mut found = None;
+        for _ in 0..RENEWALS {
+            form.renew(&model.plant, &model.p);
+            let at = model.linearise(self.problem);
+            let whitener = self.noise(model, &at.residual, &[&at.columns]);
+            let at = refine(self.problem, model, &whitener, at, 6);
+            let holds = self.off(model, &at, &whitener) < HOLDS;
+            let value = objective(&whitener.apply(form.layout(), &at.residual), model);
+            found = Some((at, value));
+            if holds {
+                break;
+            }
+        }
+        found
+    }
+
+    // Squared length by which rows are off that take the links to be where the reference has them.
+    fn off(&self, model: &Candidate, at: &Linearised, whitener: &Whitener) -> f64 {
+        let layout = self.problem.form.layout();
+        let sets = std::slice::from_ref(&model.p);
+        let given = self.problem.form.residuals(&model.plant, sets, Springs::Given).concat();
+        distance(&whitener.apply(layout, &given), &whitener.apply(layout, &at.residual))
+    }
+
+    /// Noise from a saturated regression over all candidates, and a last refinement under it.
+    pub fn settled(
+        &self,
+        mut model: Candidate,
+        mut at: Linearised,
+        accepted: Vec<Accepted>,
+    ) -> Result<State, IdentifyError> {
+        let layout = self.problem.form.layout();
+        let mut problem = *self.problem;
+        if problem.is_rough() {
+            let whitener = self.noise(&model, &at.residual, &[&at.columns]);
+            let value = objective(&whitener.apply(layout, &at.residual), &model);
+            if self.off(&model, &at, &whitener) > HOLDS + HOLDS_SHARE * value {
+                problem = problem.exact();
+                at = model.linearise(&problem);
+                at = refine(&problem, &mut model, &whitener, at, 6);
+            }
+        }
+        let Saturated { trials, columns, whitener } = self.saturated(&problem, &model, &at);
+        let at = refine(&problem, &mut model, &whitener, at, 6);
+        let fitted = Fitted::of(layout, &whitener, model, at);
+        let (reference, slopes) = (problem.form.reference(), problem.slopes);
+        Ok(State { fitted, whitener, accepted, trials, columns, reference, slopes })
+    }
+
+    /// Parameters that were bent to imitate the effect may not find back: a second descent from the stated values.
+    pub fn restart(&self, model: &mut Candidate, at: &mut Linearised, whitener: &Whitener) {
+        let layout = self.problem.form.layout();
+        let value = |model: &Candidate, residual: &[f64]| objective(&whitener.apply(layout, residual), model);
+        let first = value(model, &at.residual);
+        if first < MISFIT * layout.counted() {
+            return;
+        }
+        let kept = model.p.clone();
+        model.straighten();
+        let again = model.linearise(self.problem);
+        let again = refine(self.problem, model, whitener, again, 10);
+        if value(model, &again.residual) < first {
+            *at = again;
+        } else {
+            model.p = kept;
+        }
+    }
+}
