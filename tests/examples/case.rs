@@ -35,7 +35,7 @@ fn main() {
         Ok((_, diagnosis)) => diagnosis,
         Err(error) => return eprintln!("{error}"),
     };
-    println!("{:?} → {}", case.hidden, d.verdict);
+    println!("{:?} → {}\n{}", case.hidden, d.verdict, d.scope);
     for c in &d.candidates {
         println!(
             "{}@{} P {:.2} z {:.1} expl {:.2} {:?}",
