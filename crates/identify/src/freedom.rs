@@ -104,3 +104,53 @@ fn turns(plant: &Plant, p: &[f64], record: &Record) -> Vec<Option<f64>> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_effects::CATALOGUE;
+    use sinew_model::{JointSettings, Robot, samples};
+    use sinew_plant::{Dynamics, ImposedOut, LinkState, MotorMotion, Plant};
+    use sinew_rigid::mass_matrix;
+
+    use super::*;
+
+    // M q̈ + C q̇ + g = τ_j + f_link + τ_l: no τ_l along the motion that the springs give, M e_j beyond it.
+    #[test]
+    fn a_given_link_asks_for_what_its_spring_does_not_give() {
+        let spring = |k: f64| JointSettings {
+            stiffness: Some(k),
+            damping: 4.0,
+            rotor_inertia: 0.5,
+            ..JointSettings::default()
+        };
+        let model = samples::planar_arm(2, 4.0, 0.5);
+        let robot = Robot { joints: vec![spring(8000.0), spring(2000.0)], ..Robot::rigid(model) };
+        let plant = Plant::with_effects(&robot, &robot.all_effects(), &CATALOGUE).unwrap();
+        let p = plant.parameters();
+        let mut dynamics = Dynamics::new(&plant, &p);
+        let mut x = LinkState::zero(&plant);
+        (x.theta, x.thetad) = (vec![0.3, -0.8], vec![1.1, 0.4]);
+        (x.q, x.qd) = (vec![0.302, -0.799], vec![1.0, 0.5]);
+        let acceleration = [0.7, -0.2];
+        let (none, all) = ([false; 2], [true; 2]);
+        let mut free = ImposedOut::new(2);
+        let motor = MotorMotion { acceleration: &acceleration, imposed: &none, links: None };
+        dynamics.imposed_torque(&x, motor, &mut free);
+        let mass = mass_matrix(plant.model(), &x.q);
+        for j in 0..2 {
+            let mut qdd = free.qdd.clone();
+            let mut out = ImposedOut::new(2);
+            for push in [0.0, 1.0] {
+                qdd[j] += push;
+                let links = GivenLinks { given: &all, acceleration: &qdd };
+                let motor = MotorMotion { acceleration: &acceleration, imposed: &all, links: Some(links) };
+                dynamics.imposed_torque(&x, motor, &mut out);
+                for i in 0..2 {
+                    assert!((out.tau_l[i] - push * mass[(i, j)]).abs() < 1e-10);
+                    assert!((out.tau_j[i] - free.tau_j[i]).abs() < 1e-12);
+                    assert!((out.tau_m[i] - free.tau_m[i]).abs() < 1e-12);
+                }
+            }
+        }
+    }
+}
