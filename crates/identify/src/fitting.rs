@@ -253,7 +253,7 @@ fn added(search: &mut Search, state: State, spec: &EffectSpec) -> Result<State, 
     let mut model = best.fitted.model;
     let at = model.linearise(search.problem);
     let at = crate::problem::refine(search.problem, &mut model, &state.whitener, at, 4);
-    search.settled_anew(model, at, accepted)
+    search.settled_anew(model, |_| at, accepted)
 }
 
 /// A parameter with the number of the effect it belongs to.

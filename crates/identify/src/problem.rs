@@ -110,6 +110,11 @@ impl Candidate {
         problem.form.residual(&self.plant, &self.p)
     }
 
+    /// The same with the links where a reference has them.
+    pub fn residual_given(&self, problem: &Problem) -> Vec<f64> {
+        problem.form.residuals(&self.plant, std::slice::from_ref(&self.p), Springs::Given).concat()
+    }
+
     pub fn linearise(&self, problem: &Problem) -> Linearised {
         let positions: Vec<usize> = self.unknowns.iter().map(|u| u.position).collect();
         Linearised {
@@ -210,8 +215,7 @@ impl Equations {
         if promised < 10.0 + 1e-3 * before || before - after > KEPT * promised {
             return false;
         }
-        let given =
-            problem.form.residuals(&model.plant, std::slice::from_ref(&model.p), Springs::Given).concat();
+        let given = model.residual_given(problem);
         let given = objective(&whitener.apply(problem.form.layout(), &given), model);
         let agrees = (given - after).abs() < KEPT * promised;
         !agrees

@@ -21,10 +21,7 @@ pub(crate) fn all_columns(
 ) -> Vec<Option<Vec<Vec<f64>>>> {
     let is_linear = |t: &Trial| matches!(t.how, How::New { exact: false, .. });
     let linear: Vec<&Trial> = trials.iter().filter(|t| is_linear(t)).collect();
-    let given = match problem.is_rough() {
-        true => problem.form.residuals(&model.plant, std::slice::from_ref(&model.p), problem.slopes).concat(),
-        false => residual.to_vec(),
-    };
+    let given = if problem.is_rough() { model.residual_given(problem) } else { residual.to_vec() };
     let (linear, secants) = rayon::join(
         || {
             derivatives(problem, model, &linear)

@@ -169,7 +169,7 @@ impl<'a> Search<'a> {
     /// The base fit: every parameter within its tolerance, and the noise it leaves.
     pub fn base(&self, specs: Vec<EffectSpec>) -> Result<State, IdentifyError> {
         let (model, at) = self.fitted(specs, 12)?;
-        self.settled_anew(model, at, Vec::new())
+        self.settled_anew(model, |_| at, Vec::new())
     }
 
     /// The reachable floor of every channel: what a fit of everything the catalogue offers would leave.
@@ -435,12 +435,7 @@ impl<'a> Search<'a> {
             entry.effect = model.specs.len() - 1;
             accepted.push(entry);
         }
-        let mut at = model.linearise(self.problem);
-        if self.problem.form.reference().is_none() {
-            at = refine(self.problem, &mut model, &state.whitener, at, 10);
-            self.restart(&mut model, &mut at, &state.whitener);
-        }
-        self.settled_anew(model, at, accepted).map(Some)
+        self.settled_anew(model, |model| self.descended(model, &state.whitener), accepted).map(Some)
     }
 }
 

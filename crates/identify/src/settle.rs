@@ -2,7 +2,6 @@
 
 use crate::IdentifyError;
 use crate::colour::Whitener;
-use crate::freedom::Springs;
 use crate::least_squares::distance;
 use crate::problem::{Candidate, Linearised, objective, refine};
 use crate::refit::Fitted;
@@ -17,29 +16,56 @@ const HOLDS_SHARE: f64 = 0.01;
 const MISFIT: f64 = 4.0;
 
 impl Search<'_> {
-    /// [`Search::settled`] about a reference that this model gives.
+    /// [`Search::settled`] about a reference that this model gives; where there is none, from where `descend` leads it.
     pub fn settled_anew(
         &self,
         mut model: Candidate,
-        mut at: Linearised,
+        descend: impl FnOnce(&mut Candidate) -> Linearised,
         accepted: Vec<Accepted>,
     ) -> Result<State, IdentifyError> {
-        if let Some((anew, value)) = self.renewed(&mut model) {
-            at = anew;
-            // Parameters that were bent to imitate an effect may not find back.
-            if !accepted.is_empty() && value > MISFIT * self.problem.form.layout().counted() {
-                let (kept, reference) = (model.p.clone(), self.problem.form.reference());
-                model.straighten();
-                match self.renewed(&mut model) {
-                    Some((again, lower)) if lower < value => at = again,
-                    _ => {
-                        model.p = kept;
-                        reference.iter().for_each(|r| self.problem.form.adopt(r));
-                    }
-                }
+        let at = match self.renewed(&mut model) {
+            None => descend(&mut model),
+            Some((at, _)) if accepted.is_empty() => at,
+            Some(first) => self.lower(&mut model, first, |model| self.renewed(model)),
+        };
+        self.settled(model, at, accepted)
+    }
+
+    /// A descent under one noise.
+    pub fn descended(&self, model: &mut Candidate, whitener: &Whitener) -> Linearised {
+        let layout = self.problem.form.layout();
+        let descend = |model: &mut Candidate| {
+            let at = model.linearise(self.problem);
+            let at = refine(self.problem, model, whitener, at, 10);
+            let value = objective(&whitener.apply(layout, &at.residual), model);
+            (at, value)
+        };
+        let first = descend(model);
+        self.lower(model, first, |model| Some(descend(model)))
+    }
+
+    // Parameters that were bent to imitate an effect may not find back: where much is left, the lower end of this
+    // descent and of a second one from the stated values.
+    fn lower(
+        &self,
+        model: &mut Candidate,
+        (at, value): (Linearised, f64),
+        descend: impl FnOnce(&mut Candidate) -> Option<(Linearised, f64)>,
+    ) -> Linearised {
+        let form = self.problem.form;
+        if value < MISFIT * form.layout().counted() {
+            return at;
+        }
+        let (kept, reference) = (model.p.clone(), form.reference());
+        model.straighten();
+        match descend(model) {
+            Some((again, lower)) if lower < value => again,
+            _ => {
+                model.p = kept;
+                reference.iter().for_each(|r| form.adopt(r));
+                at
             }
         }
-        self.settled(model, at, accepted)
     }
 
     // The model refined about references of its own until they hold, with its objective; none where there is no
@@ -66,8 +92,7 @@ impl Search<'_> {
     // Squared length by which rows are off that take the links to be where the reference has them.
     fn off(&self, model: &Candidate, at: &Linearised, whitener: &Whitener) -> f64 {
         let layout = self.problem.form.layout();
-        let sets = std::slice::from_ref(&model.p);
-        let given = self.problem.form.residuals(&model.plant, sets, Springs::Given).concat();
+        let given = model.residual_given(self.problem);
         distance(&whitener.apply(layout, &given), &whitener.apply(layout, &at.residual))
     }
 
@@ -94,24 +119,5 @@ impl Search<'_> {
         let fitted = Fitted::of(layout, &whitener, model, at);
         let (reference, slopes) = (problem.form.reference(), problem.slopes);
         Ok(State { fitted, whitener, accepted, trials, columns, reference, slopes })
-    }
-
-    /// Parameters that were bent to imitate the effect may not find back: a second descent from the stated values.
-    pub fn restart(&self, model: &mut Candidate, at: &mut Linearised, whitener: &Whitener) {
-        let layout = self.problem.form.layout();
-        let value = |model: &Candidate, residual: &[f64]| objective(&whitener.apply(layout, residual), model);
-        let first = value(model, &at.residual);
-        if first < MISFIT * layout.counted() {
-            return;
-        }
-        let kept = model.p.clone();
-        model.straighten();
-        let again = model.linearise(self.problem);
-        let again = refine(self.problem, model, whitener, again, 10);
-        if value(model, &again.residual) < first {
-            *at = again;
-        } else {
-            model.p = kept;
-        }
     }
 }
