@@ -102,7 +102,8 @@ fn section_2_the_equations_of_motion_hold_in_any_state() {
     let p = plant.parameters();
     let (mut dynamics, mut rates) = (Dynamics::new(&plant, &p), Rates::new(&plant));
     for [q, qd, theta, thetad, tau_m] in states() {
-        let x = State { q: vec![q], qd: vec![qd], theta: vec![theta], thetad: vec![thetad], z: vec![] };
+        let mut x = State::zero(&plant);
+        (x.q[0], x.qd[0], x.theta[0], x.thetad[0]) = (q, qd, theta, thetad);
         dynamics.forward(&x, &[tau_m], &mut rates);
         let spring = K * (theta - q) + D * (thetad - qd);
         near(J_L * rates.qdd[0], spring - WEIGHT * q.sin() - B_L * qd, 1e3 * ALGEBRA);
@@ -188,7 +189,8 @@ fn section_3_the_elastic_torque_drives_the_link_and_holds_the_motor_back() {
 fn energy_rate(plant: &Plant, [q, qd, theta, thetad, tau_m]: [f64; 5]) -> f64 {
     let p = plant.parameters();
     let mut rates = Rates::new(plant);
-    let at = State { q: vec![q], qd: vec![qd], theta: vec![theta], thetad: vec![thetad], z: vec![] };
+    let mut at = State::zero(plant);
+    (at.q[0], at.qd[0], at.theta[0], at.thetad[0]) = (q, qd, theta, thetad);
     Dynamics::new(plant, &p).forward(&at, &[tau_m], &mut rates);
     let moving = |value: f64, rate: f64| {
         let mut number = Derivative::variable(value, 0);
@@ -200,7 +202,7 @@ fn energy_rate(plant: &Plant, [q, qd, theta, thetad, tau_m]: [f64; 5]) -> f64 {
         qd: moving(qd, rates.qdd[0]),
         theta: moving(theta, thetad),
         thetad: moving(thetad, rates.thetadd[0]),
-        z: vec![],
+        ..State::zero(plant)
     };
     Dynamics::new(plant, &constants(&p)).energy(&x).derivative[0]
 }

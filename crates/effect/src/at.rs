@@ -21,6 +21,10 @@ pub struct At<'a, S> {
     pub deflection_rate: &'a [S],
     /// Torque that the gear hands to the link, N·m. Known to motor forces; zero for spring and link forces.
     pub tau_j: &'a [S],
+    /// By how much the motor velocity changes over the time that the forces are the mean of; zero at an instant.
+    pub thetad_sweep: &'a [f64],
+    /// By how much the link velocity does.
+    pub qd_sweep: &'a [f64],
     /// The effect's own states.
     pub z: &'a [S],
     /// The constants of the robot.
@@ -28,16 +32,37 @@ pub struct At<'a, S> {
 }
 
 impl<S: Scalar> At<'_, S> {
-    /// The smooth sign of the motor velocity, tanh(θ̇/v₀).
+    /// The smooth sign of the motor velocity, tanh(θ̇/v₀), or its mean over a sweep of the velocity.
     #[inline(always)]
     pub fn motor_sign(&self, dof: usize) -> S {
-        (self.thetad[dof] / self.coefficients.smoothing_velocity[dof]).tanh()
+        sign(self.thetad[dof], self.thetad_sweep[dof], self.coefficients.smoothing_velocity[dof])
     }
-    /// The smooth sign of the link velocity, tanh(q̇/v₀).
+    /// The smooth sign of the link velocity, tanh(q̇/v₀) of width v₀, or its mean over a sweep of the velocity.
     #[inline(always)]
-    pub fn link_sign(&self, dof: usize) -> S {
-        (self.qd[dof] / self.coefficients.smoothing_velocity[dof]).tanh()
+    pub fn link_sign(&self, dof: usize, width: S) -> S {
+        sign(self.qd[dof], self.qd_sweep[dof], width)
     }
+}
+
+// Widths v₀ beyond which a sign is one, and below which a sweep is none.
+const FAR: f64 = 40.0;
+const NARROW: f64 = 1e-3;
+
+// The mean of tanh(v/v₀) from v − w/2 to v + w/2:  v₀/w (ln cosh((v + w/2)/v₀) − ln cosh((v − w/2)/v₀))
+#[inline(always)]
+fn sign<S: Scalar>(v: S, sweep: f64, width: S) -> S {
+    let (half, v0) = (0.5 * sweep.abs(), width.value());
+    if half < NARROW * v0 || v.value().abs() > half + FAR * v0 {
+        return (v / width).tanh();
+    }
+    (ln_cosh((v + half) / width) - ln_cosh((v - half) / width)) * width / (2.0 * half)
+}
+
+// ln cosh x + ln 2 = |x| + ln(1 + e^(−2|x|))
+#[inline(always)]
+fn ln_cosh<S: Scalar>(x: S) -> S {
+    let size = x.abs();
+    size + ((size * -2.0).exp() + 1.0).ln()
 }
 
 /// How the gear bends position before its spring.
@@ -116,4 +141,22 @@ pub struct Relaxation<S> {
     pub target: S,
     /// How fast, 1/s; not negative.
     pub rate: S,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // The mean of tanh(v/v₀) by 2000 midpoints.
+    #[test]
+    fn a_swept_sign_is_the_mean_of_signs() {
+        let v0 = 2e-3;
+        for (v, sweep) in [(0.0, 0.01), (1e-3, 5e-3), (-4e-3, 0.01), (0.03, 0.02), (0.2, 0.3), (1e-3, 1e-9)] {
+            let n = 2000;
+            let at = |k: i32| v + sweep * ((f64::from(k) + 0.5) / f64::from(n) - 0.5);
+            let mean = (0..n).map(|k| (at(k) / v0).tanh()).sum::<f64>() / f64::from(n);
+            let swept = sign(v, sweep, v0);
+            assert!((swept - mean).abs() < 1e-5, "{v} {sweep}: {swept} {mean}");
+        }
+    }
 }

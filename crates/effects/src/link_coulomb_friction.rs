@@ -58,7 +58,7 @@ impl Law for LinkCoulombFriction {
     }
     // τ ← τ − F_cℓ tanh(q̇/v₀)
     fn add_link_force<S: Scalar>(&self, p: &[S], at: &At<S>, tau: &mut [S]) {
-        tau[self.dof] -= p[0] * (at.qd[self.dof] / p[1]).tanh();
+        tau[self.dof] -= p[0] * at.link_sign(self.dof, p[1]);
     }
 }
 

@@ -38,6 +38,8 @@ impl Joint {
             qd: one(&self.qd),
             theta: one(&self.theta),
             thetad: one(&self.thetad),
+            thetad_sweep: &[0.0],
+            qd_sweep: &[0.0],
             deflection: one(&self.deflection),
             deflection_rate: one(&self.rate),
             tau_j: one(&self.tau_j),

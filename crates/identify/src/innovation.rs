@@ -32,7 +32,7 @@ use linearise::{Along, INERTIA_EVERY, along};
 use motion::{Even, Motion};
 pub(crate) use rows::Innovations;
 use rows::{JointChannels, deviation_inputs};
-use system::{Encoders, MOST_JOINTS, System};
+use system::{Encoders, Linear, MOST_JOINTS, System};
 
 /// What the rows of an innovation residual are formed about: reference motions with their frozen filters.
 #[derive(Default)]
@@ -112,21 +112,15 @@ impl Innovation {
     // The equations of the moving joints along a run.
     fn system(&self, run: &Even, along: &Along) -> System {
         let square = |x: f64| (x * x).max(1e-24);
-        let joint = |j: &JointChannels| system::Joint {
-            encoders: Encoders {
-                motor: square(run.theta_noise[j.dof]),
-                link: j.position.map(|c| square(run.noise[c])),
-                shown: if along.links.motion[j.dof].is_none() { 0 } else { 2 },
-            },
-            steps: along.linear[j.dof].iter().map(|linear| linear.over(run.scales.period)).collect(),
-            push: along.linear[j.dof].iter().map(|linear| linear.push).collect(),
+        let encoders = |j: &JointChannels| Encoders {
+            motor: square(run.theta_noise[j.dof]),
+            link: j.position.map(|c| square(run.noise[c])),
+            shown: if along.links.motion[j.dof].is_none() { 0 } else { 2 },
         };
-        System {
-            joints: self.joints.iter().map(joint).collect(),
-            period: run.scales.period,
-            mobility: along.mobility.iter().map(|m| self.of_joints(m)).collect(),
-            mobility_every: INERTIA_EVERY,
-        }
+        let linear: Vec<&[Linear]> = self.joints.iter().map(|j| along.linear[j.dof].as_slice()).collect();
+        let mobility: Vec<Vec<f64>> = along.mobility.iter().map(|m| self.of_joints(m)).collect();
+        let encoders = self.joints.iter().map(encoders).collect();
+        System::new(encoders, &linear, &mobility, INERTIA_EVERY, run.scales.period)
     }
 
     // The rows and columns of the joints that move in a matrix of all degrees of freedom, by rows.
@@ -295,9 +289,10 @@ impl<'a> Pass<'a> {
                         // The sample after the last hold goes with it.
                         let last = deviation.last().copied();
                         let (theta, thetad) = (&mut motion.theta[joint.dof], &mut motion.thetad[joint.dof]);
-                        for (k, x) in deviation.iter().copied().chain(last).enumerate() {
-                            theta[k] += x[0];
-                            thetad[k] += x[1];
+                        for (k, smoothed) in deviation.iter().copied().chain(last).enumerate() {
+                            theta[k] += smoothed.deviation[0];
+                            thetad[k] += smoothed.deviation[1];
+                            motion.doubt[joint.dof][k] = smoothed.doubt;
                         }
                     }
                 }

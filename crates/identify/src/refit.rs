@@ -8,7 +8,7 @@ use crate::least_squares::{Normal, cross, dot, matrix};
 use crate::problem::{Candidate, Equations, Linearised, MANY, Problem, objective};
 use crate::residual::Layout;
 use crate::screen::Score;
-use crate::trial::Trial;
+use crate::trial::{How, Trial};
 use crate::unknowns::Unknown;
 
 /// A fitted model with what a search needs to go on from it.
@@ -88,7 +88,8 @@ pub(crate) fn refit(
             signs_differ(layout, &orthogonal, &white, value, evidence.temper)
                 .then(|| "its sign differs from run to run".to_owned())
         })
-        .or_else(|| vague(problem, whitener, &model, &at, &own, new));
+        .or_else(|| if new { at_its_bound(&model, &own) } else { None })
+        .or_else(|| if new { vague(problem, whitener, &model, &at, &own, trial) } else { None });
     let fitted = Fitted { model, at, white, objective: best };
     Some(Refit { trial: trial.clone(), fitted, evidence, refused })
 }
@@ -153,21 +154,46 @@ fn held_out(layout: &Layout, orthogonal: &faer::Mat<f64>, before: &[f64], after:
     folds.iter().map(left_out).collect()
 }
 
-// A strength that its own error covers is no effect: the rest of the model had not settled.
+// A strength that its own error covers is no effect: the rest of the model had not settled. An effect that is switched
+// on by one strength is nothing without it.
 fn vague(
     problem: &Problem,
     whitener: &Whitener,
     model: &Candidate,
     at: &Linearised,
     own: &[usize],
-    new: bool,
+    trial: &Trial,
 ) -> Option<String> {
     let variances = Equations::new(whitener, problem, model, at, 0.0)?.normal.variances();
     let sure = |k: usize| model.p[model.unknowns[k].position].abs() > 2.0 * variances[k].max(0.0).sqrt();
-    let strengths: Vec<usize> = own.iter().copied().filter(|&k| !model.unknowns[k].shape).collect();
-    (new && !strengths.is_empty() && !strengths.into_iter().any(sure))
+    let switch = match &trial.how {
+        How::New { strengths, exact: true, .. } => strengths.first().copied(),
+        _ => None,
+    };
+    let counts = |k: usize| {
+        let unknown = &model.unknowns[k];
+        !unknown.shape && switch.is_none_or(|switch| unknown.id.parameter == switch)
+    };
+    let strengths: Vec<usize> = own.iter().copied().filter(|&k| counts(k)).collect();
+    (!strengths.is_empty() && !strengths.into_iter().any(sure))
         .then(|| "its strength is within two standard deviations of zero".to_owned())
 }
+
+// A shape that its range stops is the sign of another cause: a Stribeck velocity as small as the width of the sign, a
+// width as large as the motion.
+fn at_its_bound(model: &Candidate, own: &[usize]) -> Option<String> {
+    own.iter().filter(|&&k| model.unknowns[k].shape).find_map(|&k| {
+        let unknown = &model.unknowns[k];
+        let (value, (low, high)) = (model.p[unknown.position], unknown.range);
+        let stopped = value <= low * (1.0 + AT_BOUND) || value >= high * (1.0 - AT_BOUND);
+        let active = &model.plant.effects()[unknown.id.effect];
+        let parameter = &active.effect.card().parameters[unknown.id.parameter];
+        stopped.then(|| format!("its {} ends at its bound ({value:.3} {})", parameter.key, parameter.unit))
+    })
+}
+
+// Share of a bound by which a shape has reached it.
+const AT_BOUND: f64 = 0.01;
 
 // Times below a sample period are a matter of how the log was written, not of the robot.
 fn shorter_than_a_sample(model: &Candidate, own: &[usize], period: f64) -> Option<String> {

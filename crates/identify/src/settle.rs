@@ -12,6 +12,8 @@ const RENEWALS: usize = 3;
 const HOLDS: f64 = 10.0;
 // The share of the objective by which they may differ besides where derivatives are taken about the reference.
 const HOLDS_SHARE: f64 = 0.01;
+// A descent that gains this factor has left the model that its reference was smoothed by.
+const MOVED: f64 = 1.1;
 // Mean square of the whitened rows above which a fit may have ended in a wrong valley.
 const MISFIT: f64 = 4.0;
 
@@ -78,9 +80,13 @@ impl Search<'_> {
             form.renew(&model.plant, &model.p);
             let at = model.linearise(self.problem);
             let whitener = self.noise(model, &at.residual, &[&at.columns]);
+            let worth = |model: &Candidate, at: &Linearised| {
+                objective(&whitener.apply(form.layout(), &at.residual), model)
+            };
+            let before = worth(model, &at);
             let at = refine(self.problem, model, &whitener, at, 6);
-            let holds = self.off(model, &at, &whitener) < HOLDS;
-            let value = objective(&whitener.apply(form.layout(), &at.residual), model);
+            let value = worth(model, &at);
+            let holds = before < MOVED * value && self.off(model, &at, &whitener) < HOLDS;
             found = Some((at, value));
             if holds {
                 break;

@@ -354,6 +354,8 @@ fn copy(from: &LinkState<f64>, to: &mut LinkState<f64>) {
     to.qd.copy_from_slice(&from.qd);
     to.theta.copy_from_slice(&from.theta);
     to.thetad.copy_from_slice(&from.thetad);
+    to.thetad_sweep.copy_from_slice(&from.thetad_sweep);
+    to.qd_sweep.copy_from_slice(&from.qd_sweep);
     to.z.copy_from_slice(&from.z);
 }
 

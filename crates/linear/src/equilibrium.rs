@@ -111,6 +111,8 @@ pub(crate) fn lift(x: &LinkState<f64>) -> LinkState<Derivative> {
         qd: constants(&x.qd),
         theta: constants(&x.theta),
         thetad: constants(&x.thetad),
+        thetad_sweep: x.thetad_sweep.clone(),
+        qd_sweep: x.qd_sweep.clone(),
         z: constants(&x.z),
     }
 }

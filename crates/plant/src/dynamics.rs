@@ -19,6 +19,10 @@ pub struct LinkState<S> {
     pub theta: Vec<S>,
     /// Motor-side velocity, reflected.
     pub thetad: Vec<S>,
+    /// By how much the motor velocity changes over the time that the forces are the mean of; zero at an instant.
+    pub thetad_sweep: Vec<f64>,
+    /// By how much the link velocity does.
+    pub qd_sweep: Vec<f64>,
     /// Own states of the effects, stacked.
     pub z: Vec<S>,
 }
@@ -32,6 +36,8 @@ impl<S: Scalar> LinkState<S> {
             qd: zeros.clone(),
             theta: zeros.clone(),
             thetad: zeros,
+            thetad_sweep: vec![0.0; plant.model().nv],
+            qd_sweep: vec![0.0; plant.model().nv],
             z: vec![S::ZERO; plant.state_len()],
         }
     }
@@ -49,6 +55,8 @@ impl LinkState<Derivative> {
         ] {
             to.iter_mut().zip(from).for_each(|(to, from)| to.value = *from);
         }
+        self.thetad_sweep.copy_from_slice(&from.thetad_sweep);
+        self.qd_sweep.copy_from_slice(&from.qd_sweep);
     }
 }
 
@@ -278,6 +286,8 @@ impl<'a, S: Kind> Dynamics<'a, S> {
             qd: &x.qd,
             theta: &x.theta,
             thetad: &x.thetad,
+            thetad_sweep: &x.thetad_sweep,
+            qd_sweep: &x.qd_sweep,
             deflection: &self.deflection,
             deflection_rate: &self.deflection_rate,
             tau_j: &self.tau_j,

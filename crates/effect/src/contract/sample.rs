@@ -27,6 +27,8 @@ const VECTORS: usize = 7;
 pub(super) struct Sample<S> {
     pub(super) numbers: Vec<S>,
     nv: usize,
+    // No sweep of any velocity.
+    still: Vec<f64>,
     before: Coefficients<S>,
     coefficients: Coefficients<S>,
 }
@@ -38,6 +40,7 @@ impl Sample<f64> {
         Self {
             numbers: vec![0.0; VECTORS * model.nv + states],
             nv: model.nv,
+            still: vec![0.0; model.nv],
             coefficients: before.clone(),
             before,
         }
@@ -60,6 +63,7 @@ impl Sample<f64> {
         Sample {
             numbers: self.numbers.iter().map(|&x| f(x)).collect(),
             nv: self.nv,
+            still: self.still.clone(),
             before: constants(&self.before, S::constant),
             coefficients: constants(&self.coefficients, S::constant),
         }
@@ -132,6 +136,8 @@ impl<S> Sample<S> {
             qd: vector(1),
             theta: vector(2),
             thetad: vector(3),
+            thetad_sweep: &self.still,
+            qd_sweep: &self.still,
             deflection: vector(4),
             deflection_rate: vector(5),
             tau_j: vector(6),

@@ -57,6 +57,7 @@ impl Filters {
         let mut out = vec![[Vec::with_capacity(count), Vec::with_capacity(count)]; n];
         let mut sums = vec![[[0.0; W]; 2]; n];
         let mut x = vec![[[0.0; W]; 4]; n];
+        let mut next = x.clone();
         let mut torques = vec![[[0.0; W]; 2]; n];
         let mut read = vec![[[0.0; W]; 2]; n];
         let share = 1.0 / (self.every as f64).sqrt();
@@ -67,7 +68,8 @@ impl Filters {
             for (group, gains) in &self.groups {
                 self.correct(group.clone(), gains, k, &read, &mut x, &mut sums);
             }
-            self.system.advance(0..n, k, &torques, &mut x);
+            self.system.advance(0..n, k, &torques, &x, &mut next);
+            std::mem::swap(&mut x, &mut next);
             if (k + 1) % self.every == 0 {
                 for (out, sums) in out.iter_mut().zip(&mut sums) {
                     for (out, sum) in out.iter_mut().zip(sums) {
@@ -169,9 +171,7 @@ mod tests {
         linear.a[1][1] = -0.5;
         linear.push = [0.0, -1.0, 0.0, 0.0];
         let encoders = Encoders { motor: 1e-10, link: None, shown: 0 };
-        let joint =
-            Joint { encoders, steps: vec![linear.over(1e-3); samples], push: vec![linear.push; samples] };
-        System { joints: vec![joint], period: 1e-3, mobility: vec![vec![0.5]; samples], mobility_every: 1 }
+        System::new(vec![encoders], &[&vec![linear; samples]], &[vec![0.5]], samples, 1e-3)
     }
 
     // Readings of its position under torque noise of one and encoder noise of 10⁻⁵, and the true motion.
@@ -184,7 +184,9 @@ mod tests {
         for k in 0..system.len() {
             truth.push(x[0][0][0]);
             read.push(x[0][0][0] + 1e-5 * normal());
-            system.advance(0..1, k, &[[[normal()], [0.0]]], &mut x);
+            let mut next = x;
+            system.advance(0..1, k, &[[[normal()], [0.0]]], &x, &mut next);
+            x = next;
         }
         (read, truth)
     }
@@ -234,7 +236,7 @@ mod tests {
         let rms = |x: &dyn Fn(usize) -> f64| {
             ((500..3500).map(|k| (x(k) - truth[k]).powi(2)).sum::<f64>() / 3000.0).sqrt()
         };
-        let (before, after) = (rms(&|k| read[k]), rms(&|k| smooth[0][k][0]));
+        let (before, after) = (rms(&|k| read[k]), rms(&|k| smooth[0][k].deviation[0]));
         assert!(after < 0.5 * before, "{before} {after}");
     }
 }

@@ -29,6 +29,14 @@ const START: [f64; 2] = [1e-3, 0.1];
 // Noise of the link's torque as a share of the motor's.
 const LINK_SHARE: f64 = 0.04;
 
+/// What all samples say of a joint in one of them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Smoothed {
+    pub deviation: State,
+    /// Variance of the velocity of motor and link.
+    pub doubt: [f64; 2],
+}
+
 /// The Kalman filter of a group of joints about their reference.
 pub(super) struct Kalman<'a> {
     pub system: &'a System,
@@ -36,6 +44,10 @@ pub(super) struct Kalman<'a> {
     /// Standard deviation of the torque noise of every joint of the system.
     pub noise: &'a [f64],
 }
+
+// Variance of a velocity that later samples leave, as a share of what earlier ones do: of a motor that torque noise
+// drives and an encoder sees.
+const SMOOTHED: f64 = 0.25;
 
 // Covariance of a group's states, by rows.
 type Covariance = Vec<f64>;
@@ -84,15 +96,20 @@ impl Kalman<'_> {
     }
 
     /// The deviation of every joint of the group in every sample, by all of them: filter forwards, smoother backwards.
-    pub fn smoothed(&self, input: impl Fn(usize, usize) -> Input) -> Vec<Vec<State>> {
+    pub fn smoothed(&self, input: impl Fn(usize, usize) -> Input) -> Vec<Vec<Smoothed>> {
         let (n, d) = (self.system.len(), self.size());
         let flat = |x: &[[[f64; 1]; 4]]| -> Vec<f64> { x.iter().flatten().map(|[x]| *x).collect() };
         let mut seen: Vec<Vec<f64>> = Vec::with_capacity(n);
         // Of each step: x⁻, Φ P and P⁻ after it.
         let mut ahead: Vec<(Vec<f64>, Covariance, Covariance)> = Vec::with_capacity(n);
+        let mut doubt: Vec<Vec<[f64; 2]>> = vec![Vec::with_capacity(n); self.group.len()];
         let (mut p, mut x) = (self.start(), vec![[[0.0]; 4]; self.group.len()]);
         for k in 0..n {
             self.correct(k, &mut p, &mut x, &input, |_, _, _| ());
+            for (i, (doubt, joint)) in doubt.iter_mut().zip(self.joints()).enumerate() {
+                let of = |s: usize| SMOOTHED * p[(4 * i + s) * (d + 1)].max(0.0);
+                doubt.push([of(1), of(joint.encoders.shown + 1)]);
+            }
             seen.push(flat(&x));
             let (half, next) = self.forward(&p, k);
             self.predict(k, &mut x, &input);
@@ -108,7 +125,13 @@ impl Kalman<'_> {
                 seen[k][i] += (0..d).map(|j| half[j * d + i] * y[j]).sum::<f64>();
             }
         }
-        let of_joint = |i: usize| seen.iter().map(|x| std::array::from_fn(|s| x[4 * i + s])).collect();
+        let of_joint = |i: usize| {
+            let of = |(x, doubt): (&Vec<f64>, &[f64; 2])| Smoothed {
+                deviation: std::array::from_fn(|s| x[4 * i + s]),
+                doubt: *doubt,
+            };
+            seen.iter().zip(&doubt[i]).map(of).collect()
+        };
         (0..self.group.len()).map(of_joint).collect()
     }
 
@@ -163,7 +186,9 @@ impl Kalman<'_> {
 
     fn predict(&self, k: usize, x: &mut Deviations<1>, input: &impl Fn(usize, usize) -> Input) {
         let torques: Vec<Torques<1>> = self.group.clone().map(|j| [[input(j, k)[0]], [0.0]]).collect();
-        self.system.advance(self.group.clone(), k, &torques, x);
+        let mut next = [[[0.0]; 4]; GROUP];
+        self.system.advance(self.group.clone(), k, &torques, x, &mut next);
+        x.copy_from_slice(&next[..x.len()]);
     }
 
     // Φ P  and  P⁻ = Φ P Φᵀ + Q
@@ -208,8 +233,9 @@ impl Kalman<'_> {
                     *x = std::array::from_fn(|w| matrix[at(i, s, w)]);
                 }
             }
-            self.system.advance(self.group.clone(), k, &still[..n], &mut x[..n]);
-            for (i, x) in x[..n].iter().enumerate() {
+            let mut next = x;
+            self.system.advance(self.group.clone(), k, &still[..n], &x[..n], &mut next[..n]);
+            for (i, x) in next[..n].iter().enumerate() {
                 for (s, x) in x.iter().enumerate() {
                     (0..4).for_each(|w| out[at(i, s, w)] = x[w]);
                 }
@@ -218,25 +244,18 @@ impl Kalman<'_> {
         out
     }
 
-    // What a torque noise of one joint, on its motor or on its link, does to the states of the group in one step, with its variance.
+    // What a torque noise of one joint, on its motor or on its link, does to the states of the group in one step, with its
+    // variance.
     fn effects(&self, k: usize, of_motor: bool) -> impl Iterator<Item = ([f64; 4 * GROUP], f64)> {
         let n = self.group.len();
+        let still = [[[0.0]; 4]; GROUP];
         (0..n).map(move |j| {
-            let joint = &self.joints()[j];
-            let own = if of_motor { &joint.steps[k].motor } else { &joint.steps[k].link };
-            let mut g = [0.0; 4 * GROUP];
-            g[4 * j..4 * j + 4].copy_from_slice(own);
-            if !of_motor || joint.is_rigid() {
-                let mobility = &self.system.mobility[k / self.system.mobility_every];
-                let (all, first) = (self.system.joints.len(), self.group.start);
-                for i in (0..n).filter(|&i| i != j) {
-                    let velocity = 4 * i + self.joints()[i].encoders.shown + 1;
-                    g[velocity] = self.system.period * mobility[(first + i) * all + first + j];
-                }
-            }
+            let (mut torques, mut next) = ([[[0.0]; 2]; GROUP], still);
+            torques[j][usize::from(!of_motor)] = [1.0];
+            self.system.advance(self.group.clone(), k, &torques[..n], &still[..n], &mut next[..n]);
             let noise = self.noise[self.group.start + j];
             let share = if of_motor { 1.0 } else { LINK_SHARE };
-            (g, (share * noise).powi(2))
+            (std::array::from_fn(|i| next[i / 4][i % 4][0]), (share * noise).powi(2))
         })
     }
 }

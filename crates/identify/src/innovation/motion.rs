@@ -8,7 +8,7 @@ use sinew_model::Robot;
 
 use super::rows::Innovations;
 use crate::freedom::Links;
-use crate::record::{Record, Reduction, START, Sensors, channel_signal, noise_of};
+use crate::record::{Record, Reduction, START, Sensors, Sweep, channel_signal, noise_of};
 use crate::scale::Scales;
 
 /// A run on an even grid at its own rate, within the reach of the smoothing kernel.
@@ -34,6 +34,8 @@ pub(super) struct Even {
 pub(super) struct Motion {
     pub theta: Vec<Vec<f64>>,
     pub thetad: Vec<Vec<f64>>,
+    /// Variance of the velocity of motor and link.
+    pub doubt: Vec<Vec<[f64; 2]>>,
 }
 
 impl Motion {
@@ -71,7 +73,8 @@ impl Even {
             start: vec![None; nv],
             time,
         };
-        let mut motion = Motion { theta: vec![still.clone(); nv], thetad: vec![still; nv] };
+        let doubt = vec![vec![[0.0; 2]; still.len()]; nv];
+        let mut motion = Motion { theta: vec![still.clone(); nv], thetad: vec![still; nv], doubt };
         let signal = |quantity: Option<Quantity>, dof| run.signal(quantity?, robot.model.dof_name(dof));
         for dof in 0..nv {
             let Some(signal) = signal(sensors.imposed[dof], dof) else { continue };
@@ -98,14 +101,18 @@ impl Even {
 
     /// The reference as a record whose grid steps are the middles of the holds, with the mean acceleration of each.
     ///
-    /// θ = ½(θ_k + θ_{k+1}) + h/8 (θ̇_k − θ̇_{k+1}),   θ̇ = ½(θ̇_k + θ̇_{k+1}),   θ̈ = (θ̇_{k+1} − θ̇_k)/h
+    /// θ = ½(θ_k + θ_{k+1}) + h/8 (θ̇_k − θ̇_{k+1}),   θ̇ = (θ_{k+1} − θ_k)/h,   θ̈ = (θ̇_{k+1} − θ̇_k)/h
     pub fn record(&self, motion: &Motion) -> Record {
         let h = self.scales.period;
         let between = |x: &[f64], f: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
             x.windows(2).map(|pair| f(pair[0], pair[1])).collect()
         };
         let mean = |x: &Vec<f64>| between(x, &|a, b| 0.5 * (a + b));
-        let thetad: Vec<Vec<f64>> = motion.thetad.iter().map(mean).collect();
+        let rate = |x: &Vec<f64>| between(x, &|a, b| (b - a) / h);
+        let thetad: Vec<Vec<f64>> = motion.theta.iter().map(rate).collect();
+        let ends = |i: usize| motion.thetad[i].windows(2).map(|pair| [pair[0], pair[1]]);
+        let doubt = |i: usize| motion.doubt[i].iter().copied();
+        let sweep = (0..thetad.len()).map(|i| sweeps(ends(i), &thetad[i], doubt(i))).collect();
         let thetadd = motion.thetad.iter().map(|v| between(v, &|a, b| (b - a) / h)).collect();
         let theta = motion.theta.iter().zip(&motion.thetad).map(|(x, v)| {
             let bend = between(v, &|a, b| h / 8.0 * (a - b));
@@ -123,6 +130,7 @@ impl Even {
             thetad_wide: thetad.clone(),
             thetad,
             thetadd,
+            sweep,
             middle: None,
             start: self.start.clone(),
             measured: measured.collect(),
@@ -139,17 +147,23 @@ impl Even {
     /// The reference at every second sample, where two holds meet: derivatives along a run are smooth enough for this
     /// grid.
     ///
-    /// θ = θ_k,   θ̇ = θ̇_k,   θ̈ = (θ̇_{k+1} − θ̇_{k−1})/2h,   k = 1, 3, …
+    /// θ = θ_k,   θ̇ = (θ_{k+1} − θ_{k−1})/2h,   θ̈ = (θ̇_{k+1} − θ̇_{k−1})/2h,   k = 1, 3, …
     pub fn thinned(&self, motion: &Motion, links: &Links, filters: &Arc<Innovations>) -> Record {
         let h = self.scales.period;
         let odd = |x: &Vec<f64>| -> Vec<f64> { x.iter().skip(1).step_by(2).copied().collect() };
-        let slope = |v: &Vec<f64>| {
+        let slope = |v: &Vec<f64>| -> Vec<f64> {
             let last = v.len() - 1;
             let of =
                 |k: usize| (v[(k + 1).min(last)] - v[k - 1]) / (((k + 1).min(last) - (k - 1)) as f64 * h);
             (1..v.len()).step_by(2).map(of).collect()
         };
-        let thetad: Vec<Vec<f64>> = motion.thetad.iter().map(odd).collect();
+        let thetad: Vec<Vec<f64>> = motion.theta.iter().map(slope).collect();
+        let ends = |i: usize| {
+            let v = &motion.thetad[i];
+            (1..v.len()).step_by(2).map(move |k| [v[k - 1], v[(k + 1).min(v.len() - 1)]])
+        };
+        let doubt = |i: usize| motion.doubt[i].iter().skip(1).step_by(2).copied();
+        let sweep = (0..thetad.len()).map(|i| sweeps(ends(i), &thetad[i], doubt(i))).collect();
         let samples = motion.thetad.first().map_or(0, |v| v.len());
         let met = |link: &Vec<[f64; 3]>| {
             (1..samples).step_by(2).map(|k| at_sample(link.len(), k, |hold| link[hold])).collect()
@@ -162,6 +176,7 @@ impl Even {
             time: odd(&self.time),
             theta: motion.theta.iter().map(odd).collect(),
             thetadd: motion.thetad.iter().map(slope).collect(),
+            sweep,
             thetad_wide: thetad.clone(),
             thetad,
             middle: None,
@@ -173,6 +188,23 @@ impl Even {
             links: Some(Arc::new(links)),
         }
     }
+}
+
+// The velocities of a motor in each hold, evenly spread: from end to end where they change evenly; where friction near
+// rest takes it to its final velocity at once, the mean is that of one end and the change is over before it counts.
+// What is not known of a velocity spreads it too, with the same variance.
+fn sweeps(
+    ends: impl Iterator<Item = [f64; 2]>,
+    mean: &[f64],
+    doubt: impl Iterator<Item = [f64; 2]>,
+) -> Vec<Sweep> {
+    let sweep = |(([from, to], mean), [motor, link]): (([f64; 2], &f64), [f64; 2])| {
+        let (change, off) = (to - from, mean - 0.5 * (from + to));
+        let change = (change.abs() - 2.0 * off.abs()).max(0.0);
+        let even = |variance: f64| (12.0 * variance).sqrt();
+        Sweep { motor: change.hypot(even(motor)), link_doubt: even(link) }
+    };
+    ends.zip(mean).zip(doubt).map(sweep).collect()
 }
 
 /// What a series at every second sample is in the middle of hold k.

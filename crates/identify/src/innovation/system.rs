@@ -4,6 +4,9 @@
 
 use std::ops::Range;
 
+use faer::Mat;
+use faer::linalg::solvers::Solve;
+
 /// A vector of the deviation's state.
 pub(super) type State = [f64; 4];
 /// A matrix on the deviation's state, by rows.
@@ -22,7 +25,8 @@ pub(super) struct Linear {
     pub push: State,
 }
 
-/// The same over one sample period, by the Padé approximation of second degree of the exponential.
+/// The same over one sample period: the Padé approximation of second degree of the exponential over a part of it,
+/// doubled until the period is full. Friction near rest takes a light motor to its velocity in a tenth of a sample.
 ///
 /// N = 1 − hA/2 + h²A²/12,   Φ = N⁻¹ (1 + hA/2 + h²A²/12),   g = N⁻¹ h b
 #[derive(Debug, Clone, Copy)]
@@ -32,8 +36,16 @@ pub(super) struct Discrete {
     pub link: State,
 }
 
+// Times that a part of the period is doubled.
+const DOUBLINGS: i32 = 2;
+
 impl Linear {
-    pub fn over(&self, h: f64) -> Discrete {
+    pub fn over(&self, period: f64) -> Discrete {
+        let part = self.over_part(period * 0.5f64.powi(DOUBLINGS));
+        (0..DOUBLINGS).fold(part, |part, _| part.twice())
+    }
+
+    fn over_part(&self, h: f64) -> Discrete {
         let mut left = [[0.0; 4]; 4];
         // Right sides: the columns of 1 + hA/2 + h²A²/12, then h b and h b_ℓ.
         let mut right = [[0.0; 6]; 4];
@@ -52,6 +64,21 @@ impl Linear {
             phi: std::array::from_fn(|i| std::array::from_fn(|j| right[i][j])),
             motor: std::array::from_fn(|i| right[i][4]),
             link: std::array::from_fn(|i| right[i][5]),
+        }
+    }
+}
+
+impl Discrete {
+    // Φ ← Φ Φ,   g ← Φ g + g
+    fn twice(&self) -> Self {
+        let phi = &self.phi;
+        let times = |v: &State| -> State { std::array::from_fn(|i| (0..4).map(|m| phi[i][m] * v[m]).sum()) };
+        let again = |g: &State| -> State { std::array::from_fn(|i| times(g)[i] + g[i]) };
+        let square = |i: usize, j: usize| (0..4).map(|m| phi[i][m] * phi[m][j]).sum();
+        Self {
+            phi: std::array::from_fn(|i| std::array::from_fn(|j| square(i, j))),
+            motor: again(&self.motor),
+            link: again(&self.link),
         }
     }
 }
@@ -99,22 +126,25 @@ pub(super) struct Joint {
     pub encoders: Encoders,
     /// By sample.
     pub steps: Vec<Discrete>,
-    /// The force with which a deviation of the joint pushes its body, by sample.
-    pub push: Vec<State>,
+}
+
+/// What the joints do to each other over one sample period, beyond what each would do by itself: `n` × `n` blocks, by
+/// rows, of the link of one joint and the state of another.
+#[derive(Debug, Clone)]
+pub(super) struct Coupling {
+    // Position and velocity of the link.
+    blocks: Vec<[State; 2]>,
+    motor: Vec<[f64; 2]>,
+    link: Vec<[f64; 2]>,
 }
 
 /// The equations of all joints, their bodies coupled.
-///
-/// The bodies' accelerations depend on each other's pushes by the inverse of the inertia. What a joint does to itself
-/// is in its own Φ; the rest acts as a kick of half a step before and after it.
 #[derive(Debug, Clone)]
 pub(super) struct System {
     pub joints: Vec<Joint>,
-    /// Sample period, s.
-    pub period: f64,
-    /// Inverse inertia, by rows, once every so many samples.
-    pub mobility: Vec<Vec<f64>>,
-    pub mobility_every: usize,
+    /// Couplings that occur along the run, and which of them each sample has; none of a single joint.
+    pub couplings: Vec<Coupling>,
+    pub coupling: Vec<usize>,
 }
 
 /// Torques on the motor and on the link of a joint, W sets of them at once.
@@ -126,61 +156,150 @@ pub(super) type Deviations<const W: usize> = [[[f64; W]; 4]];
 /// Most joints of a robot whose deviations are coupled.
 pub(super) const MOST_JOINTS: usize = 32;
 
+// Change of what a joint does to itself in a sample by which a coupling may be out of date.
+const OUT_OF_DATE: f64 = 0.01;
+
 impl System {
+    /// The joints with their equations by sample; `mobility`: inverse inertia, by rows, once every so many samples;
+    /// `period`: the sample period, s.
+    ///
+    /// Joint i:  q̈̃_i = Σ_j (M⁻¹)_ij push_j · x̃_j
+    pub fn new(
+        encoders: Vec<Encoders>,
+        linear: &[&[Linear]],
+        mobility: &[Vec<f64>],
+        mobility_every: usize,
+        period: f64,
+    ) -> Self {
+        let over = |linear: &[Linear]| linear.iter().map(|l| l.over(period)).collect();
+        let joint = |(encoders, linear): (Encoders, &&[Linear])| Joint { encoders, steps: over(linear) };
+        let joints: Vec<Joint> = encoders.into_iter().zip(linear).map(joint).collect();
+        let (mut couplings, mut coupling) = (Vec::new(), Vec::new());
+        let n = joints.len();
+        if n > 1 {
+            let samples = joints.iter().map(|j| j.steps.len()).min().unwrap_or(0);
+            let mut last = 0;
+            for k in 0..samples {
+                let mobility = &mobility[k / mobility_every];
+                // Of a decay over the period, or of the square of a turn.
+                let changed = |i: usize| {
+                    let change = |s: usize| (linear[i][k].push[s] - linear[i][last].push[s]).abs();
+                    let to_first = change(1) + change(3) + period * (change(0) + change(2));
+                    period * mobility[i * (n + 1)] * to_first > OUT_OF_DATE
+                };
+                if k % mobility_every == 0 || (0..n).any(changed) {
+                    let at: Vec<&Linear> = linear.iter().map(|l| &l[k]).collect();
+                    let own: Vec<&Discrete> = joints.iter().map(|j| &j.steps[k]).collect();
+                    let shown: Vec<usize> = joints.iter().map(|j| j.encoders.shown).collect();
+                    couplings.push(Coupling::new(&at, &own, &shown, mobility, period));
+                    last = k;
+                }
+                coupling.push(couplings.len() - 1);
+            }
+        }
+        Self { joints, couplings, coupling }
+    }
+
     /// Samples of the run.
     pub fn len(&self) -> usize {
         self.joints.iter().map(|j| j.steps.len()).min().unwrap_or(0)
     }
 
-    /// x̃ ← Φ x̃ + g δτ + g_ℓ δτ_ℓ of some of the joints, coupled among themselves.
+    /// `next` = Φ x̃ + g δτ + g_ℓ δτ_ℓ of some of the joints, coupled among themselves.
     #[inline(always)]
     pub fn advance<const W: usize>(
         &self,
         joints: Range<usize>,
         k: usize,
         torques: &[Torques<W>],
-        x: &mut Deviations<W>,
+        x: &Deviations<W>,
+        next: &mut Deviations<W>,
     ) {
-        self.kick(joints.clone(), k, torques, x);
-        for ((joint, x), torques) in self.joints[joints.clone()].iter().zip(x.iter_mut()).zip(torques) {
-            *x = joint.advanced(k, x, torques);
-        }
-        self.kick(joints, k, torques, x);
-    }
-
-    // q̇̃_i += h/2 Σ_{j≠i} (M⁻¹)_ij (push of j)
-    #[inline(always)]
-    fn kick<const W: usize>(
-        &self,
-        joints: Range<usize>,
-        k: usize,
-        torques: &[Torques<W>],
-        x: &mut Deviations<W>,
-    ) {
-        if joints.len() < 2 {
-            return;
-        }
-        let n = self.joints.len();
-        let mobility = &self.mobility[k / self.mobility_every];
-        let mut pushes = [[0.0; W]; MOST_JOINTS];
         for (i, joint) in self.joints[joints.clone()].iter().enumerate() {
-            let of_motor = f64::from(u8::from(joint.is_rigid()));
-            let [motor, link] = &torques[i];
-            for w in 0..W {
-                let own: f64 = (0..4).map(|s| joint.push[k][s] * x[i][s][w]).sum();
-                pushes[i][w] = 0.5 * self.period * (own + link[w] + of_motor * motor[w]);
-            }
+            next[i] = joint.advanced(k, &x[i], &torques[i]);
         }
-        let first = joints.start;
-        for (i, joint) in self.joints[joints.clone()].iter().enumerate() {
-            let velocity = &mut x[i][joint.encoders.shown + 1];
-            for j in (0..joints.len()).filter(|&j| j != i) {
-                let m = mobility[(first + i) * n + first + j];
-                for w in 0..W {
-                    velocity[w] += m * pushes[j][w];
+        let Some(coupling) = self.coupling.get(k).map(|&c| &self.couplings[c]) else { return };
+        for (i, to) in joints.clone().enumerate() {
+            let link = self.joints[to].encoders.shown;
+            let [mut position, mut velocity] = [next[i][link], next[i][link + 1]];
+            for (j, from) in joints.clone().enumerate() {
+                let entry = to * self.joints.len() + from;
+                let [to_position, to_velocity] = &coupling.blocks[entry];
+                for s in 0..4 {
+                    for w in 0..W {
+                        position[w] += to_position[s] * x[j][s][w];
+                        velocity[w] += to_velocity[s] * x[j][s][w];
+                    }
+                }
+                for (torque, [to_position, to_velocity]) in
+                    torques[j].iter().zip([coupling.motor[entry], coupling.link[entry]])
+                {
+                    for w in 0..W {
+                        position[w] += to_position * torque[w];
+                        velocity[w] += to_velocity * torque[w];
+                    }
                 }
             }
+            (next[i][link], next[i][link + 1]) = (position, velocity);
         }
+    }
+}
+
+impl Coupling {
+    /// The step of all joints together, as [`Linear::over`] makes that of one, less that of each by itself.
+    fn new(at: &[&Linear], own: &[&Discrete], shown: &[usize], mobility: &[f64], period: f64) -> Self {
+        let h = period * 0.5f64.powi(DOUBLINGS);
+        let n = at.len();
+        let d = 4 * n;
+        let is_rigid = |j: usize| shown[j] == 0;
+        let mut a = Mat::<f64>::zeros(d, d);
+        let mut b = Mat::<f64>::zeros(d, 2 * n);
+        for j in 0..n {
+            for i in 0..n {
+                for s in 0..4 {
+                    for r in (0..4).filter(|_| i == j) {
+                        a[(4 * i + r, 4 * j + s)] = at[i].a[r][s];
+                    }
+                    if i != j {
+                        a[(4 * i + shown[i] + 1, 4 * j + s)] = mobility[i * n + j] * at[j].push[s];
+                    }
+                }
+                let m = if i == j { 0.0 } else { mobility[i * n + j] };
+                b[(4 * i + shown[i] + 1, 2 * j + 1)] = m;
+                if is_rigid(j) {
+                    b[(4 * i + shown[i] + 1, 2 * j)] = m;
+                }
+            }
+            for r in 0..4 {
+                b[(4 * j + r, 2 * j)] += at[j].motor[r];
+                b[(4 * j + r, 2 * j + 1)] += at[j].link[r];
+            }
+        }
+        let square = &a * &a;
+        let part = |i: usize, j: usize, sign: f64| {
+            f64::from(u8::from(i == j)) + sign * 0.5 * h * a[(i, j)] + h * h / 12.0 * square[(i, j)]
+        };
+        let left = Mat::from_fn(d, d, |i, j| part(i, j, -1.0));
+        let right =
+            Mat::from_fn(d, d + 2 * n, |i, j| if j < d { part(i, j, 1.0) } else { h * b[(i, j - d)] });
+        let mut step = left.partial_piv_lu().solve(&right);
+        for _ in 0..DOUBLINGS {
+            let twice = step.subcols(0, d) * &step;
+            step = Mat::from_fn(d, d + 2 * n, |i, j| twice[(i, j)] + if j < d { 0.0 } else { step[(i, j)] });
+        }
+        let mut coupling = Self { blocks: Vec::new(), motor: Vec::new(), link: Vec::new() };
+        for i in 0..n {
+            for j in 0..n {
+                let alone = f64::from(u8::from(i == j));
+                let rows = [shown[i], shown[i] + 1];
+                let state = |r: usize, s: usize| step[(4 * i + r, 4 * j + s)] - alone * own[i].phi[r][s];
+                coupling.blocks.push(rows.map(|r| std::array::from_fn(|s| state(r, s))));
+                let torque = |r: usize, which: usize| step[(4 * i + r, d + 2 * j + which)];
+                coupling.motor.push(rows.map(|r| torque(r, 0) - alone * own[i].motor[r]));
+                coupling.link.push(rows.map(|r| torque(r, 1) - alone * own[i].link[r]));
+            }
+        }
+        coupling
     }
 }
 
@@ -207,11 +326,6 @@ impl Joint {
             }
         }
         next
-    }
-
-    /// True if motor and link move as one.
-    pub fn is_rigid(&self) -> bool {
-        self.encoders.shown == 0
     }
 
     /// The states that its encoders show, with the variances of a reading.
