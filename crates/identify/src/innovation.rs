@@ -137,7 +137,7 @@ impl Innovation {
         let mut noise: Option<Vec<f64>> = None;
         for _ in 0..ROUNDS {
             let pass = Pass::new(self, &motions, plant, p);
-            let found = pass.torque_noise();
+            let found = pass.torque_noise(noise.as_deref());
             motions = pass.smoothed(&found);
             let alike = |(a, b): (&f64, &f64)| (a / b).ln().abs() < SETTLED_NOISE;
             let settled = noise.as_ref().is_some_and(|n| n.iter().zip(&found).all(alike));
@@ -218,14 +218,14 @@ impl<'a> Pass<'a> {
     }
 
     /// Torque noise of every joint by maximum likelihood on samples that move, one after the other: each is searched
-    /// from above with the others as they are.
-    fn torque_noise(&self) -> Vec<f64> {
+    /// from above with the others as they are; `before`: what the last pass found.
+    fn torque_noise(&self, before: Option<&[f64]>) -> Vec<f64> {
         let groups = self.form.groups();
-        let found: Vec<Vec<f64>> = groups.into_par_iter().map(|group| self.noise_of(group)).collect();
+        let found: Vec<Vec<f64>> = groups.into_par_iter().map(|group| self.noise_of(group, before)).collect();
         found.concat()
     }
 
-    fn noise_of(&self, group: Range<usize>) -> Vec<f64> {
+    fn noise_of(&self, group: Range<usize>, before: Option<&[f64]>) -> Vec<f64> {
         let joints = self.form.joints.len();
         let used = LIKELIHOOD_SAMPLES / self.records.len();
         let runs = || 0..self.records.len();
@@ -260,10 +260,13 @@ impl<'a> Pass<'a> {
                 })
                 .sum()
         };
-        // All of them together, then each by itself.
+        // All of them together, then each by itself; a joint whose noise fell far may let that of the others fall.
         let together = |x: f64| -> Vec<f64> { noise.iter().map(|n| x * n).collect() };
-        let mut noise = together(lowest(HIGHEST, |x| misfit(&together(x))));
-        for _ in 0..if group.len() > 1 { SWEEPS } else { 0 } {
+        let (mut noise, sweeps) = match before {
+            Some(before) if group.len() > 1 && misfit(before) < misfit(&noise) => (before.to_vec(), 1),
+            _ => (together(lowest(HIGHEST, |x| misfit(&together(x)))), SWEEPS),
+        };
+        for _ in 0..if group.len() > 1 { sweeps } else { 0 } {
             for joint in group.clone() {
                 let mut tried = noise.clone();
                 noise[joint] = lowest(AGAIN * noise[joint], |x| {

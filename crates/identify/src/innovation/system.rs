@@ -334,3 +334,44 @@ impl Joint {
         [(0, self.encoders.motor)].into_iter().chain(link)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // A light elastic joint with friction near rest, and a rigid one that its body is bound to.
+    fn joints(period: f64) -> System {
+        let mut elastic = Linear { push: [900.0, 0.6, -900.0, -0.6], ..Linear::default() };
+        (elastic.a[0][1], elastic.a[2][3]) = (1.0, 1.0);
+        elastic.a[1] = [-900.0 / 0.04, -500.0 / 0.04, 900.0 / 0.04, 0.6 / 0.04];
+        let mobility = [900.0, -200.0, -200.0, 250.0];
+        elastic.a[3] = elastic.push.map(|p| mobility[0] * p);
+        (elastic.motor[1], elastic.link[3]) = (1.0 / 0.04, mobility[0]);
+        let mut rigid = Linear { push: [-30.0, -2.0, 0.0, 0.0], ..Linear::default() };
+        rigid.a[0][1] = 1.0;
+        rigid.a[1] = rigid.push.map(|p| mobility[3] * p);
+        (rigid.motor[1], rigid.link[1]) = (mobility[3], mobility[3]);
+        let encoders = [2, 0].map(|shown| Encoders { motor: 1e-10, link: None, shown });
+        System::new(encoders.to_vec(), &[&[elastic], &[rigid]], &[mobility.to_vec()], 1, period)
+    }
+
+    // The motion of a hold is that of its parts, however stiff: what one joint does reaches the other's link.
+    #[test]
+    fn a_step_of_coupled_joints_is_that_of_its_parts() {
+        let (whole, part) = (joints(1e-3), joints(1e-3 / 64.0));
+        let torques = [[[0.3], [0.1]], [[-0.2], [0.05]]];
+        let mut x = [[[1e-3], [0.2], [9e-4], [-0.1]], [[2e-3], [0.3], [0.0], [0.0]]];
+        let mut next = x;
+        whole.advance(0..2, 0, &torques, &x, &mut next);
+        let in_one = next;
+        for _ in 0..64 {
+            part.advance(0..2, 0, &torques, &x, &mut next);
+            x = next;
+        }
+        for (a, b) in in_one.iter().zip(&x) {
+            for (s, size) in [(0, 1e-3), (1, 0.3), (2, 1e-3), (3, 0.3)] {
+                assert!((a[s][0] - b[s][0]).abs() < 1e-3 * size, "{a:?} {b:?}");
+            }
+        }
+    }
+}
