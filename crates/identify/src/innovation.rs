@@ -292,10 +292,9 @@ impl<'a> Pass<'a> {
                         // The sample after the last hold goes with it.
                         let last = deviation.last().copied();
                         let (theta, thetad) = (&mut motion.theta[joint.dof], &mut motion.thetad[joint.dof]);
-                        for (k, smoothed) in deviation.iter().copied().chain(last).enumerate() {
-                            theta[k] += smoothed.deviation[0];
-                            thetad[k] += smoothed.deviation[1];
-                            motion.doubt[joint.dof][k] = smoothed.doubt;
+                        for (k, x) in deviation.iter().copied().chain(last).enumerate() {
+                            theta[k] += x[0];
+                            thetad[k] += x[1];
                         }
                     }
                 }

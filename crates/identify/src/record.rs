@@ -56,15 +56,6 @@ pub(crate) enum Reduction {
     Thinned(Arc<Innovations>),
 }
 
-/// The width of the velocities over which the torques of a grid step are the mean.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Sweep {
-    /// Of the motor.
-    pub motor: f64,
-    /// Of what is not known of the link's velocity, besides its change.
-    pub link_doubt: f64,
-}
-
 /// A run on the grid of the analysis. Outer index: degree of freedom or channel; inner: grid step.
 #[derive(Debug, Clone)]
 pub(crate) struct Record {
@@ -76,8 +67,9 @@ pub(crate) struct Record {
     pub theta: Vec<Vec<f64>>,
     pub thetad: Vec<Vec<f64>>,
     pub thetadd: Vec<Vec<f64>>,
-    /// What velocities each grid step stands for; empty where it stands for an instant.
-    pub sweep: Vec<Vec<Sweep>>,
+    /// The width of the velocities over which the torques of a grid step are the mean; empty where they are those of an
+    /// instant.
+    pub sweep: Vec<Vec<f64>>,
     /// Position, velocity, acceleration halfway to the next grid step, where the log has samples there.
     pub middle: Option<[Vec<Vec<f64>>; 3]>,
     /// Measured link position and velocity of the first steps, where there is a link encoder.

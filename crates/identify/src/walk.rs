@@ -101,13 +101,12 @@ impl<'a, S: Kind> Walk<'a, S> {
         for i in 0..self.freedom.imposed.len() {
             self.set(i, [r.theta[i][k], r.thetad[i][k], r.thetadd[i][k]], |series| series[k]);
             let Some(sweep) = r.sweep.get(i).map(|s| s[k]) else { continue };
-            self.x.thetad_sweep[i] = sweep.motor;
+            self.x.thetad_sweep[i] = sweep;
             // A link turns about with its motor, or as it accelerates.
-            let of_link = |acceleration: f64| (r.scales.step() * acceleration).hypot(sweep.link_doubt);
             self.x.qd_sweep[i] = match r.given(self.freedom, i) {
-                Some(link) => of_link(link[k][2]),
-                None if self.freedom.imposed[i] => sweep.motor,
-                None => of_link(self.out.qdd[i].value()),
+                Some(link) => r.scales.step() * link[k][2],
+                None if self.freedom.imposed[i] => sweep,
+                None => r.scales.step() * self.out.qdd[i].value(),
             };
         }
     }

@@ -236,7 +236,7 @@ mod tests {
         let rms = |x: &dyn Fn(usize) -> f64| {
             ((500..3500).map(|k| (x(k) - truth[k]).powi(2)).sum::<f64>() / 3000.0).sqrt()
         };
-        let (before, after) = (rms(&|k| read[k]), rms(&|k| smooth[0][k].deviation[0]));
+        let (before, after) = (rms(&|k| read[k]), rms(&|k| smooth[0][k][0]));
         assert!(after < 0.5 * before, "{before} {after}");
     }
 }

@@ -29,14 +29,6 @@ const START: [f64; 2] = [1e-3, 0.1];
 // Noise of the link's torque as a share of the motor's.
 const LINK_SHARE: f64 = 0.04;
 
-/// What all samples say of a joint in one of them.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Smoothed {
-    pub deviation: State,
-    /// Variance of the velocity of motor and link.
-    pub doubt: [f64; 2],
-}
-
 /// The Kalman filter of a group of joints about their reference.
 pub(super) struct Kalman<'a> {
     pub system: &'a System,
@@ -44,10 +36,6 @@ pub(super) struct Kalman<'a> {
     /// Standard deviation of the torque noise of every joint of the system.
     pub noise: &'a [f64],
 }
-
-// Variance of a velocity that later samples leave, as a share of what earlier ones do: of a motor that torque noise
-// drives and an encoder sees.
-const SMOOTHED: f64 = 0.25;
 
 // Covariance of a group's states, by rows.
 type Covariance = Vec<f64>;
@@ -96,20 +84,15 @@ impl Kalman<'_> {
     }
 
     /// The deviation of every joint of the group in every sample, by all of them: filter forwards, smoother backwards.
-    pub fn smoothed(&self, input: impl Fn(usize, usize) -> Input) -> Vec<Vec<Smoothed>> {
+    pub fn smoothed(&self, input: impl Fn(usize, usize) -> Input) -> Vec<Vec<State>> {
         let (n, d) = (self.system.len(), self.size());
         let flat = |x: &[[[f64; 1]; 4]]| -> Vec<f64> { x.iter().flatten().map(|[x]| *x).collect() };
         let mut seen: Vec<Vec<f64>> = Vec::with_capacity(n);
         // Of each step: x⁻, Φ P and P⁻ after it.
         let mut ahead: Vec<(Vec<f64>, Covariance, Covariance)> = Vec::with_capacity(n);
-        let mut doubt: Vec<Vec<[f64; 2]>> = vec![Vec::with_capacity(n); self.group.len()];
         let (mut p, mut x) = (self.start(), vec![[[0.0]; 4]; self.group.len()]);
         for k in 0..n {
             self.correct(k, &mut p, &mut x, &input, |_, _, _| ());
-            for (i, (doubt, joint)) in doubt.iter_mut().zip(self.joints()).enumerate() {
-                let of = |s: usize| SMOOTHED * p[(4 * i + s) * (d + 1)].max(0.0);
-                doubt.push([of(1), of(joint.encoders.shown + 1)]);
-            }
             seen.push(flat(&x));
             let (half, next) = self.forward(&p, k);
             self.predict(k, &mut x, &input);
@@ -125,13 +108,7 @@ impl Kalman<'_> {
                 seen[k][i] += (0..d).map(|j| half[j * d + i] * y[j]).sum::<f64>();
             }
         }
-        let of_joint = |i: usize| {
-            let of = |(x, doubt): (&Vec<f64>, &[f64; 2])| Smoothed {
-                deviation: std::array::from_fn(|s| x[4 * i + s]),
-                doubt: *doubt,
-            };
-            seen.iter().zip(&doubt[i]).map(of).collect()
-        };
+        let of_joint = |i: usize| seen.iter().map(|x| std::array::from_fn(|s| x[4 * i + s])).collect();
         (0..self.group.len()).map(of_joint).collect()
     }
 

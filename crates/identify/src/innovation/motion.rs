@@ -8,7 +8,7 @@ use sinew_model::Robot;
 
 use super::rows::Innovations;
 use crate::freedom::Links;
-use crate::record::{Record, Reduction, START, Sensors, Sweep, channel_signal, noise_of};
+use crate::record::{Record, Reduction, START, Sensors, channel_signal, noise_of};
 use crate::scale::Scales;
 
 /// A run on an even grid at its own rate, within the reach of the smoothing kernel.
@@ -34,8 +34,6 @@ pub(super) struct Even {
 pub(super) struct Motion {
     pub theta: Vec<Vec<f64>>,
     pub thetad: Vec<Vec<f64>>,
-    /// Variance of the velocity of motor and link.
-    pub doubt: Vec<Vec<[f64; 2]>>,
 }
 
 impl Motion {
@@ -73,8 +71,7 @@ impl Even {
             start: vec![None; nv],
             time,
         };
-        let doubt = vec![vec![[0.0; 2]; still.len()]; nv];
-        let mut motion = Motion { theta: vec![still.clone(); nv], thetad: vec![still; nv], doubt };
+        let mut motion = Motion { theta: vec![still.clone(); nv], thetad: vec![still; nv] };
         let signal = |quantity: Option<Quantity>, dof| run.signal(quantity?, robot.model.dof_name(dof));
         for dof in 0..nv {
             let Some(signal) = signal(sensors.imposed[dof], dof) else { continue };
@@ -111,8 +108,7 @@ impl Even {
         let rate = |x: &Vec<f64>| between(x, &|a, b| (b - a) / h);
         let thetad: Vec<Vec<f64>> = motion.theta.iter().map(rate).collect();
         let ends = |i: usize| motion.thetad[i].windows(2).map(|pair| [pair[0], pair[1]]);
-        let doubt = |i: usize| motion.doubt[i].iter().copied();
-        let sweep = (0..thetad.len()).map(|i| sweeps(ends(i), &thetad[i], doubt(i))).collect();
+        let sweep = (0..thetad.len()).map(|i| sweeps(ends(i), &thetad[i])).collect();
         let thetadd = motion.thetad.iter().map(|v| between(v, &|a, b| (b - a) / h)).collect();
         let theta = motion.theta.iter().zip(&motion.thetad).map(|(x, v)| {
             let bend = between(v, &|a, b| h / 8.0 * (a - b));
@@ -162,8 +158,7 @@ impl Even {
             let v = &motion.thetad[i];
             (1..v.len()).step_by(2).map(move |k| [v[k - 1], v[(k + 1).min(v.len() - 1)]])
         };
-        let doubt = |i: usize| motion.doubt[i].iter().skip(1).step_by(2).copied();
-        let sweep = (0..thetad.len()).map(|i| sweeps(ends(i), &thetad[i], doubt(i))).collect();
+        let sweep = (0..thetad.len()).map(|i| sweeps(ends(i), &thetad[i])).collect();
         let samples = motion.thetad.first().map_or(0, |v| v.len());
         let met = |link: &Vec<[f64; 3]>| {
             (1..samples).step_by(2).map(|k| at_sample(link.len(), k, |hold| link[hold])).collect()
@@ -190,21 +185,15 @@ impl Even {
     }
 }
 
-// The velocities of a motor in each hold, evenly spread: from end to end where they change evenly; where friction near
-// rest takes it to its final velocity at once, the mean is that of one end and the change is over before it counts.
-// What is not known of a velocity spreads it too, with the same variance.
-fn sweeps(
-    ends: impl Iterator<Item = [f64; 2]>,
-    mean: &[f64],
-    doubt: impl Iterator<Item = [f64; 2]>,
-) -> Vec<Sweep> {
-    let sweep = |(([from, to], mean), [motor, link]): (([f64; 2], &f64), [f64; 2])| {
+// The width of the velocities of a motor in each hold, evenly spread: from end to end where they change evenly; where
+// friction near rest takes it to its final velocity at once, the mean is that of one end and the change is over before
+// it counts.
+fn sweeps(ends: impl Iterator<Item = [f64; 2]>, mean: &[f64]) -> Vec<f64> {
+    let sweep = |([from, to], mean): ([f64; 2], &f64)| {
         let (change, off) = (to - from, mean - 0.5 * (from + to));
-        let change = (change.abs() - 2.0 * off.abs()).max(0.0);
-        let even = |variance: f64| (12.0 * variance).sqrt();
-        Sweep { motor: change.hypot(even(motor)), link_doubt: even(link) }
+        (change.abs() - 2.0 * off.abs()).max(0.0)
     };
-    ends.zip(mean).zip(doubt).map(sweep).collect()
+    ends.zip(mean).map(sweep).collect()
 }
 
 /// What a series at every second sample is in the middle of hold k.
