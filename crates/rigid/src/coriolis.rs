@@ -122,7 +122,7 @@ impl<S: Scalar> Transport<S> {
     pub(crate) const ZERO: Self = Self { A: Matrix3 { rows: [Vector3::ZERO; 3] }, f: Vector3::ZERO };
 
     #[inline(always)]
-    fn new(I: &Inertia<S>, v: Motion<S>) -> Self {
+    pub(crate) fn new(I: &Inertia<S>, v: Motion<S>) -> Self {
         let mut moment = I.second_moment;
         let half_trace = (moment.xx + moment.yy + moment.zz) * 0.5;
         moment.xx -= half_trace;
@@ -134,17 +134,17 @@ impl<S: Scalar> Transport<S> {
     }
 
     #[inline(always)]
-    fn plus(&self, o: &Self) -> Self {
+    pub(crate) fn plus(&self, o: &Self) -> Self {
         Self { A: self.A + o.A, f: self.f + o.f }
     }
 
     #[inline(always)]
-    fn times(&self, s: Motion<S>) -> Force<S> {
+    pub(crate) fn times(&self, s: Motion<S>) -> Force<S> {
         Force::new(self.A * s.angular, s.angular.cross(self.f))
     }
 
     #[inline(always)]
-    fn transpose_times(&self, s: Motion<S>) -> Force<S> {
+    pub(crate) fn transpose_times(&self, s: Motion<S>) -> Force<S> {
         Force::new(self.A.transpose_mul(s.angular) + self.f.cross(s.linear), Vector3::ZERO)
     }
 }

@@ -24,8 +24,10 @@ mod bodies;
 mod coriolis;
 mod energy;
 mod forward_dynamics;
+mod forward_dynamics_derivatives;
 mod hybrid_dynamics;
 mod inverse_dynamics;
+mod inverse_dynamics_derivatives;
 mod inverse_mass_matrix;
 mod ldlt;
 mod mass_matrix;
@@ -46,8 +48,16 @@ pub use energy::{
     potential_energy_with,
 };
 pub use forward_dynamics::{forward_dynamics, forward_dynamics_into};
+pub use forward_dynamics_derivatives::{
+    ForwardDynamicsDerivatives, forward_dynamics_derivatives, forward_dynamics_derivatives_into,
+    forward_dynamics_derivatives_with,
+};
 pub use hybrid_dynamics::{forward_dynamics_with, hybrid_dynamics_with, hybrid_response_with};
 pub use inverse_dynamics::{bias, bias_into, gravity, gravity_into, inverse_dynamics, inverse_dynamics_into};
+pub use inverse_dynamics_derivatives::{
+    InverseDynamicsDerivatives, inverse_dynamics_derivatives, inverse_dynamics_derivatives_into,
+    inverse_dynamics_derivatives_with,
+};
 pub use inverse_mass_matrix::{inverse_mass_matrix, inverse_mass_matrix_into, inverse_mass_matrix_with};
 pub use mass_matrix::{mass_matrix, mass_matrix_into, mass_matrix_with};
 pub use regressor::{PARAMETERS, regressor, regressor_into, regressor_with};

@@ -3,6 +3,7 @@
 use sinew_model::{ArticulatedInertia, Force, Inertia, Model, Motion, Pose, Scalar};
 
 use crate::coriolis::Transport;
+use crate::inverse_dynamics_derivatives::Axis;
 
 /// One workspace for all algorithms over numbers of one kind; nothing is allocated after `new`.
 ///
@@ -17,6 +18,9 @@ pub struct Scratch<S> {
     pub(crate) composite: Vec<Inertia<S>>,
     pub(crate) articulated: Vec<ArticulatedInertia<S>>,
     pub(crate) transport: Vec<Transport<S>>,
+    // Of each axis of each joint, and where those of a joint begin.
+    pub(crate) axis: Vec<Axis<S>>,
+    pub(crate) first_axis: Vec<usize>,
     // Of each degree of freedom.
     pub(crate) pivot: Vec<Pivot<S>>,
     pub(crate) torque: Vec<S>,
@@ -42,6 +46,12 @@ impl<S: Scalar> Scratch<S> {
     /// Room for robots of this model.
     pub fn new(model: &Model) -> Self {
         let (n, nv) = (model.joints.len(), model.nv);
+        let mut axes = 0;
+        let first_axis = model.joints.iter().map(|joint| {
+            axes += joint.kind.nv();
+            axes - joint.kind.nv()
+        });
+        let first_axis: Vec<usize> = first_axis.collect();
         let size = if model.has_mimic() { nv } else { 0 };
         Self {
             pose: vec![Pose::identity(); n],
@@ -51,6 +61,8 @@ impl<S: Scalar> Scratch<S> {
             composite: vec![Inertia::default(); n],
             articulated: vec![ArticulatedInertia::default(); n],
             transport: vec![Transport::ZERO; n],
+            axis: vec![Axis::ZERO; axes],
+            first_axis,
             pivot: vec![Pivot { U: Force::ZERO, d_inverse: S::ZERO, u: S::ZERO }; nv],
             torque: vec![S::ZERO; nv],
             matrix: vec![S::ZERO; size * size],

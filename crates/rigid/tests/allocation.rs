@@ -43,6 +43,7 @@ fn forms_with_a_workspace_do_not_allocate() {
         let mut random = Random::new(seed);
         let (q, qd, qdd) = (random.position(&model), random.vector(nv), random.vector(nv));
         let (mut tau, mut M) = (vec![0.0; nv], vec![0.0; nv * nv]);
+        let (mut A, mut B) = (M.clone(), M.clone());
         let mut Y = vec![0.0; nv * PARAMETERS * model.joints.len()];
         let mut ws = Workspace::new(&model);
         let count = allocations(|| {
@@ -54,6 +55,8 @@ fn forms_with_a_workspace_do_not_allocate() {
             inverse_mass_matrix_into(&model, &mut ws, &q, &mut M);
             coriolis_matrix_into(&model, &mut ws, &q, &qd, &mut M);
             regressor_into(&model, &mut ws, &q, &qd, &qdd, &mut Y);
+            inverse_dynamics_derivatives_into(&model, &mut ws, &q, &qd, &qdd, &mut M, &mut A, &mut B);
+            forward_dynamics_derivatives_into(&model, &mut ws, &q, &qd, &qdd, &mut M, &mut A, &mut B);
             kinetic_energy_into(&model, &mut ws, &q, &qd);
             potential_energy_into(&model, &mut ws, &q);
         });

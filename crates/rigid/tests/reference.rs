@@ -9,13 +9,14 @@ use nalgebra::{DMatrix, DVector};
 use serde_json::Value;
 use sinew_kinematics::{
     Axes, centre_of_mass, centre_of_mass_jacobian, classical_acceleration, jacobian, jacobian_rate,
-    link_acceleration, link_pose, link_velocity, position_rate,
+    link_acceleration, link_pose, link_velocity,
 };
-use sinew_model::{Dual, Force, LinkId, Model, Motion, Scalar};
+use sinew_model::{Force, LinkId, Model, Motion};
 use sinew_rigid::{
-    Bodies, Scratch, bias, coriolis_matrix, forward_dynamics, forward_dynamics_with, gravity, inertias,
-    inverse_dynamics, inverse_dynamics_with, inverse_mass_matrix, kinetic_energy, mass_matrix,
-    potential_energy, regressor, tool_wrench_with,
+    Bodies, Scratch, bias, coriolis_matrix, forward_dynamics, forward_dynamics_derivatives,
+    forward_dynamics_with, gravity, inertias, inverse_dynamics, inverse_dynamics_derivatives,
+    inverse_dynamics_with, inverse_mass_matrix, kinetic_energy, mass_matrix, potential_energy, regressor,
+    tool_wrench_with,
 };
 use support::{Reading, matrix, numbers, read_urdf, vector};
 
@@ -256,36 +257,19 @@ fn compare_with_wrench_and_armature(c: &Comparison, armature: &[f64]) {
     c.dofs("forward_dynamics_with_wrench", &forward_dynamics(m, &q, &qd, &total), c.solution());
 }
 
-/// ∂τ/∂q and ∂τ/∂q̇ by dual numbers.
 fn compare_derivatives(c: &Comparison) {
-    if c.state.get("inverse_dynamics_by_position").is_none() {
-        return;
-    }
     let (m, dof) = (&c.robot.model, &c.robot.dof[..]);
     let (q, qd) = (c.get("position", &c.robot.q), c.get("velocity", dof));
-    let qdd: Vec<_> = c.get("acceleration", dof).into_iter().map(Dual::<1>::constant).collect();
-    let inertia = inertias(m);
-    let (b, ws) = (Bodies::new(m, &inertia), &mut Scratch::new(m));
-    let mut by_position = DMatrix::zeros(m.nv, m.nv);
-    let mut by_velocity = by_position.clone();
-    let dual = |x: &[f64], d: &[f64]| -> Vec<Dual<1>> {
-        x.iter().zip(d).map(|(&value, &d)| Dual { value, derivative: [d] }).collect()
-    };
-    for column in 0..m.nv {
-        let mut unit = vec![0.0; m.nv];
-        unit[column] = 1.0;
-        let mut slopes = |q: &[Dual<1>], qd: &[Dual<1>]| {
-            let mut tau = vec![Dual::ZERO; m.nv];
-            inverse_dynamics_with(&b, ws, q, qd, &qdd, &mut tau);
-            DVector::from_iterator(m.nv, tau.iter().map(|x| x.derivative[0]))
-        };
-        let (still, resting) = (vec![0.0; m.nq], vec![0.0; m.nv]);
-        by_position
-            .set_column(column, &slopes(&dual(&q, &position_rate(m, &q, &unit)), &dual(&qd, &resting)));
-        by_velocity.set_column(column, &slopes(&dual(&q, &still), &dual(&qd, &unit)));
-    }
-    c.table("inverse_dynamics_by_position", &by_position, Some(dof), dof, DERIVATIVES);
-    c.table("inverse_dynamics_by_velocity", &by_velocity, Some(dof), dof, DERIVATIVES);
+    let (qdd, tau) = (c.get("acceleration", dof), c.get("torque", dof));
+    let of_torque = inverse_dynamics_derivatives(m, &q, &qd, &qdd);
+    c.table("inverse_dynamics_by_position", &of_torque.by_position, Some(dof), dof, DERIVATIVES);
+    c.table("inverse_dynamics_by_velocity", &of_torque.by_velocity, Some(dof), dof, DERIVATIVES);
+    c.table("mass_matrix", &of_torque.by_acceleration, Some(dof), dof, ALGEBRA);
+    let of_motion = forward_dynamics_derivatives(m, &q, &qd, &tau);
+    let tolerance = c.solution().max(DERIVATIVES);
+    c.table("forward_dynamics_by_position", &of_motion.by_position, Some(dof), dof, tolerance);
+    c.table("forward_dynamics_by_velocity", &of_motion.by_velocity, Some(dof), dof, tolerance);
+    c.table("inverse_mass_matrix", &of_motion.by_torque, Some(dof), dof, tolerance);
 }
 
 fn compare_mimic(c: &Comparison) {
