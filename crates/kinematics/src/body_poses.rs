@@ -2,6 +2,8 @@
 
 use sinew_model::{LinkId, Model, Pose, Scalar};
 
+use crate::{Scratch, Workspace};
+
 /// Poses of all moving bodies in the world, in the order of [`Model::joints`].
 ///
 /// ```text
@@ -73,4 +75,50 @@ pub fn link_pose_with<S: Scalar>(model: &Model, q: &[S], link: LinkId) -> Pose<S
         body = joint.parent;
     }
     pose
+}
+
+/// Where all links are in the world, in the order of [`Model::links`].
+///
+/// `q`: nq, rad (m). Cost O(n).
+///
+/// # Panics
+/// If `q` has the wrong length.
+///
+/// # Example
+/// The base stays; the second of two one-metre rods starts where the first ends:
+/// ```
+/// let arm = sinew_model::samples::planar_arm(2, 1.0, 1.0);
+/// let poses = sinew_kinematics::link_poses(&arm, &[0.0, 0.3]);
+/// assert_eq!((poses[0].translation.x, poses[2].translation.x), (0.0, 1.0));
+/// ```
+pub fn link_poses(model: &Model, q: &[f64]) -> Vec<Pose<f64>> {
+    let mut poses = vec![Pose::identity(); model.links.len()];
+    link_poses_into(model, &mut Workspace::new(model), q, &mut poses);
+    poses
+}
+
+/// [`link_poses`] without allocation, into one pose a link.
+///
+/// # Panics
+/// If a slice has the wrong length.
+pub fn link_poses_into(model: &Model, ws: &mut Workspace, q: &[f64], world_from_link: &mut [Pose<f64>]) {
+    link_poses_with(model, ws, q, world_from_link);
+}
+
+/// [`link_poses_into`] for any kind of number.
+///
+/// # Panics
+/// If a slice has the wrong length.
+#[inline(always)]
+pub fn link_poses_with<S: Scalar>(
+    model: &Model,
+    ws: &mut Scratch<S>,
+    q: &[S],
+    world_from_link: &mut [Pose<S>],
+) {
+    assert_eq!(world_from_link.len(), model.links.len(), "world_from_link");
+    ws.poses(model, q);
+    for (k, pose) in world_from_link.iter_mut().enumerate() {
+        *pose = ws.link_in_world(LinkId(k));
+    }
 }

@@ -40,11 +40,12 @@ pub fn centre_of_mass_with<S: Scalar>(
     q: &[S],
 ) -> Vector3<S> {
     assert_eq!(inertia.len(), model.joints.len(), "inertia");
-    crate::body_poses_with(model, q, &mut ws.world_from_body);
+    ws.poses(model, q);
     let (mut mass, mut moment) = (S::ZERO, Vector3::ZERO);
-    for (pose, i) in ws.world_from_body.iter().zip(inertia) {
+    let rows = ws.mechanism.segments().iter().zip(&ws.world[1..]);
+    for ((segment, pose), i) in rows.zip(inertia) {
         mass += i.mass;
-        moment += pose.translation * i.mass + pose.rotation * i.first_moment;
+        moment += pose.translation * i.mass + pose.rotation * segment.vector_from_link(i.first_moment);
     }
     moment * mass.recip()
 }
@@ -60,25 +61,48 @@ pub fn centre_of_mass_with<S: Scalar>(
 /// # Panics
 /// If `q` has the wrong length.
 pub fn centre_of_mass_jacobian(model: &Model, q: &[f64]) -> Matrix3xX<f64> {
-    let poses = crate::body_poses(model, q);
-    let total: f64 = model.joints.iter().map(|j| j.inertia.mass).sum();
     let mut J = Matrix3xX::zeros(model.nv);
-    for (i, carried) in model.joints.iter().enumerate() {
+    let inertia: Vec<_> = model.joints.iter().map(|j| j.inertia).collect();
+    centre_of_mass_jacobian_with(model, &inertia, &mut Workspace::new(model), q, J.as_mut_slice());
+    J
+}
+
+/// [`centre_of_mass_jacobian`] for any kind of number, with the inertias given, one a joint, without allocation, into
+/// the 3 × nv numbers of `J` by columns.
+///
+/// # Panics
+/// If a slice has the wrong length.
+#[inline(always)]
+pub fn centre_of_mass_jacobian_with<S: Scalar>(
+    model: &Model,
+    inertia: &[Inertia<S>],
+    ws: &mut Scratch<S>,
+    q: &[S],
+    J: &mut [S],
+) {
+    assert_eq!((inertia.len(), J.len()), (model.joints.len(), 3 * model.nv), "inertia, J");
+    ws.poses(model, q);
+    J.fill(S::ZERO);
+    let segments = ws.mechanism.segments();
+    let total = inertia.iter().fold(S::ZERO, |sum, i| sum + i.mass);
+    for (carried, i) in inertia.iter().enumerate() {
         // share of one body: m ċ_i = Σ m v_k + ω_k × m c_i
-        let mass = carried.inertia.mass / total;
-        let moment =
-            (poses[i].rotation * carried.inertia.first_moment) * (1.0 / total) + poses[i].translation * mass;
-        let mut body = Some(i);
-        while let Some(j) = body {
-            let joint = &model.joints[j];
-            for k in 0..joint.kind.nv() {
-                let s = poses[j].motion_to_parent(joint.kind.motion(k, joint.multiplier()));
+        let pose = &ws.world[carried + 1];
+        let first_moment = segments[carried].vector_from_link(i.first_moment);
+        let mass = i.mass / total;
+        let moment = (pose.rotation * first_moment) * total.recip() + pose.translation * mass;
+        let mut row = carried + 1;
+        while row > 0 {
+            let segment = &segments[row - 1];
+            for k in 0..segment.nv() {
+                let s = segment.axis(k, &ws.world[row]);
                 let v = s.linear * mass + s.angular.cross(moment);
-                let mut column = J.column_mut(joint.first_dof + k);
-                column += nalgebra::Vector3::from(v.to_array());
+                let first = 3 * (segment.first_dof + k);
+                for (entry, x) in J[first..first + 3].iter_mut().zip(v.to_array()) {
+                    *entry += x;
+                }
             }
-            body = joint.parent.map(|p| p.0);
+            row = segment.parent;
         }
     }
-    J
 }

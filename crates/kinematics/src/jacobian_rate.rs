@@ -1,9 +1,9 @@
 //! The rate of change of a link's Jacobian.
 
 use nalgebra::Matrix6xX;
-use sinew_model::{LinkId, Model, Motion, Scalar};
+use sinew_model::{LinkId, Model, Scalar};
 
-use crate::jacobian::{add_column, link_in_world};
+use crate::jacobian::add_column;
 use crate::{Axes, Scratch, Workspace};
 
 /// The rate of change of [`jacobian`](crate::jacobian) along the motion.
@@ -64,19 +64,18 @@ pub fn jacobian_rate_with<S: Scalar>(
     assert_eq!(rate.len(), 6 * model.nv, "rate");
     ws.velocities(model, q, qd);
     rate.fill(S::ZERO);
-    let world_from_link = link_in_world(model, &ws.world_from_body, link);
-    let mut body = model.links[link.0].body;
-    let v_link = body.map_or(Motion::ZERO, |id| ws.velocity[id.0]);
-    while let Some(id) = body {
-        let joint = &model.joints[id.0];
-        for k in 0..joint.kind.nv() {
-            let unit = joint.kind.motion(k, S::constant(joint.multiplier()));
-            // Ṡ = v × S
-            let in_world = ws.world_from_body[id.0].motion_to_parent(unit);
-            let changing = ws.velocity[id.0].cross_motion(in_world);
-            let column = axes.tell_rate(&world_from_link, v_link, in_world, changing);
-            add_column(rate, joint.first_dof + k, column);
+    let world_from_link = ws.link_in_world(link);
+    let mut row = ws.row(link);
+    let v_link = ws.velocity[row];
+    while row > 0 {
+        let segment = &ws.mechanism.segments()[row - 1];
+        for k in 0..segment.nv() {
+            // ṡ = v × s
+            let s = segment.axis(k, &ws.world[row]);
+            let changing = ws.velocity[row].cross_motion(s);
+            let column = axes.tell_rate(&world_from_link, v_link, s, changing);
+            add_column(rate, segment.first_dof + k, column);
         }
-        body = joint.parent;
+        row = segment.parent;
     }
 }

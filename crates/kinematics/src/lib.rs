@@ -26,13 +26,17 @@ mod link_motion;
 mod scratch;
 
 pub use axes::Axes;
-pub use body_poses::{body_poses, body_poses_with, link_pose, link_pose_with};
-pub use centre_of_mass::{centre_of_mass, centre_of_mass_jacobian, centre_of_mass_with};
+pub use body_poses::{
+    body_poses, body_poses_with, link_pose, link_pose_with, link_poses, link_poses_into, link_poses_with,
+};
+pub use centre_of_mass::{
+    centre_of_mass, centre_of_mass_jacobian, centre_of_mass_jacobian_with, centre_of_mass_with,
+};
 pub use compliance::compliance;
 pub use displacement::{
     difference, difference_into, integrate, integrate_into, position_rate, position_rate_with,
 };
-pub use jacobian::{jacobian, jacobian_into, jacobian_with};
+pub use jacobian::{jacobian, jacobian_into, jacobian_with, joint_axes, joint_axes_into, joint_axes_with};
 pub use jacobian_rate::{jacobian_rate, jacobian_rate_into, jacobian_rate_with};
 pub use link_motion::{
     classical_acceleration, classical_acceleration_with, link_acceleration, link_acceleration_with,

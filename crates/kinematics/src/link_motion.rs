@@ -2,7 +2,6 @@
 
 use sinew_model::{LinkId, Model, Motion, Pose, Scalar, Vector3};
 
-use crate::jacobian::link_in_world;
 use crate::{Axes, Scratch, Workspace};
 
 /// The velocity of a link, [rad/s; m/s].
@@ -42,8 +41,7 @@ pub fn link_velocity_with<S: Scalar>(
     axes: Axes,
 ) -> Motion<S> {
     ws.velocities(model, q, qd);
-    let v = model.links[link.0].body.map_or(Motion::ZERO, |body| ws.velocity[body.0]);
-    axes.tell(&link_in_world(model, &ws.world_from_body, link), v)
+    axes.tell(&ws.link_in_world(link), ws.velocity[ws.row(link)])
 }
 
 /// The spatial acceleration of a link, [rad/s²; m/s²], without gravity.
@@ -148,9 +146,6 @@ fn motion_in_world<S: Scalar>(
     link: LinkId,
 ) -> (Pose<S>, Motion<S>, Motion<S>) {
     ws.accelerations(model, q, qd, qdd);
-    let pose = link_in_world(model, &ws.world_from_body, link);
-    match model.links[link.0].body {
-        None => (pose, Motion::ZERO, Motion::ZERO),
-        Some(body) => (pose, ws.velocity[body.0], ws.acceleration[body.0]),
-    }
+    let row = ws.row(link);
+    (ws.link_in_world(link), ws.velocity[row], ws.acceleration[row])
 }

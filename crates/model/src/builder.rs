@@ -217,7 +217,7 @@ impl Build<'_> {
         match spec.shape {
             JointShape::Planar => {
                 // Two slides and a turn: massless in between, the body on the last.
-                let (x, y) = plane_axes(axis);
+                let (x, y) = axis.normals();
                 let first = self.push(spec, ".x", JointKind::Prismatic { axis: x }, parent, placement);
                 let slide = JointKind::Prismatic { axis: y };
                 let second = self.push(spec, ".y", slide, Some(first), Pose::identity());
@@ -299,16 +299,4 @@ impl Build<'_> {
         }
         Ok(())
     }
-}
-
-// Two unit axes that make a right-handed frame with `normal`.
-fn plane_axes(normal: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
-    let start = if normal.x.abs() < 0.9 {
-        Vector3 { x: 1.0, y: 0.0, z: 0.0 }
-    } else {
-        Vector3 { x: 0.0, y: 1.0, z: 0.0 }
-    };
-    let x = start - normal * normal.dot(start);
-    let x = x * (1.0 / x.norm());
-    (x, normal.cross(x))
 }

@@ -61,6 +61,16 @@ impl<S: Scalar> Vector3<S> {
     }
 }
 
+impl Vector3<f64> {
+    /// Two unit vectors that make a right-handed frame with this one as the third.
+    pub(crate) fn normals(self) -> (Self, Self) {
+        let start = if self.x.abs() < 0.9 { Self::new(1.0, 0.0, 0.0) } else { Self::new(0.0, 1.0, 0.0) };
+        let x = start - self * self.dot(start);
+        let x = x * (1.0 / x.norm());
+        (x, self.cross(x))
+    }
+}
+
 impl<S> From<[S; 3]> for Vector3<S> {
     #[inline(always)]
     fn from([x, y, z]: [S; 3]) -> Self {

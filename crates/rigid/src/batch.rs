@@ -1,30 +1,48 @@
 //! Many configurations at once, in vector registers.
 
 use nalgebra::DMatrix;
-use sinew_model::{Inertia, Lanes, Model};
+use sinew_model::{Lanes, Model, Vector3};
 
-use crate::{Bodies, Scratch, forward_dynamics_with, inertias, inverse_dynamics_with, mass_matrix_with};
-
-/// Configurations that go side by side: what a register of AVX2 holds.
-const WIDTH: usize = 4;
-type Number = Lanes<WIDTH>;
+use crate::mass_matrix::composite_bodies;
+use crate::scratch::Conditions;
+use crate::{Scratch, hybrid_dynamics, rnea, wide};
 
 /// Scratch space of the batch forms; nothing is allocated after `new`.
+///
+/// Belongs to the model it was made of, whose inertias it keeps; gravity is read from the model at each call.
 #[derive(Debug, Clone)]
 pub struct BatchWorkspace {
-    scratch: Scratch<Number>,
-    inertia: Vec<Inertia<Number>>,
-    inputs: [Vec<Number>; 3],
-    output: Vec<Number>,
+    room: Room,
+}
+
+/// Configurations that go side by side: what a register of AVX-512 holds, or one of AVX2.
+#[derive(Debug, Clone)]
+enum Room {
+    Eight(Lane<8>),
+    Four(Lane<4>),
+}
+
+#[derive(Debug, Clone)]
+struct Lane<const N: usize> {
+    scratch: Scratch<Lanes<N>>,
+    inputs: [Vec<Lanes<N>>; 3],
+    output: Vec<Lanes<N>>,
 }
 
 impl BatchWorkspace {
-    /// Room for robots of this model, whose inertias it keeps.
+    /// Room for robots of this model.
     pub fn new(model: &Model) -> Self {
-        let zeros = |n| vec![Number::default(); n];
+        Self {
+            room: if wide::eight() { Room::Eight(Lane::new(model)) } else { Room::Four(Lane::new(model)) },
+        }
+    }
+}
+
+impl<const N: usize> Lane<N> {
+    fn new(model: &Model) -> Self {
+        let zeros = |n| vec![Lanes::default(); n];
         Self {
             scratch: Scratch::new(model),
-            inertia: inertias(model),
             inputs: [zeros(model.nq), zeros(model.nv), zeros(model.nv)],
             output: zeros(model.nv * model.nv),
         }
@@ -69,7 +87,7 @@ pub fn inverse_dynamics_batch_into(
     qdd: &[f64],
     tau: &mut [f64],
 ) {
-    run(Job { algorithm: Algorithm::InverseDynamics, model, ws, inputs: [q, qd, qdd], output: tau });
+    run(ws, Job { algorithm: Algorithm::InverseDynamics, model, inputs: [q, qd, qdd], output: tau });
 }
 
 /// [`forward_dynamics`](crate::forward_dynamics) of many configurations.
@@ -100,7 +118,7 @@ pub fn forward_dynamics_batch_into(
     tau: &[f64],
     qdd: &mut [f64],
 ) {
-    run(Job { algorithm: Algorithm::ForwardDynamics, model, ws, inputs: [q, qd, tau], output: qdd });
+    run(ws, Job { algorithm: Algorithm::ForwardDynamics, model, inputs: [q, qd, tau], output: qdd });
 }
 
 /// [`mass_matrix`](crate::mass_matrix) of many configurations.
@@ -120,7 +138,7 @@ pub fn mass_matrix_batch(model: &Model, q: &[f64]) -> DMatrix<f64> {
 /// # Panics
 /// If a slice has the wrong length.
 pub fn mass_matrix_batch_into(model: &Model, ws: &mut BatchWorkspace, q: &[f64], M: &mut [f64]) {
-    run(Job { algorithm: Algorithm::MassMatrix, model, ws, inputs: [q, &[], &[]], output: M });
+    run(ws, Job { algorithm: Algorithm::MassMatrix, model, inputs: [q, &[], &[]], output: M });
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -133,7 +151,6 @@ enum Algorithm {
 struct Job<'a> {
     algorithm: Algorithm,
     model: &'a Model,
-    ws: &'a mut BatchWorkspace,
     inputs: [&'a [f64]; 3],
     output: &'a mut [f64],
 }
@@ -149,44 +166,50 @@ impl Job<'_> {
     }
 }
 
-fn run(job: Job) {
+fn run(ws: &mut BatchWorkspace, job: Job) {
     let (sizes, size) = job.sizes();
     let count = job.inputs[0].len() / sizes[0].max(1);
     let lengths = job.inputs.map(<[f64]>::len);
     assert_eq!((lengths, job.output.len()), (sizes.map(|n| n * count), size * count), "inputs, output");
-    #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
-        // SAFETY: the machine has the instructions that the function is compiled for.
-        unsafe { sweep_avx2(job, count) };
-        return;
+    match &mut ws.room {
+        Room::Eight(lane) => sweep_eight(lane, job, count),
+        Room::Four(lane) => sweep_four(lane, job, count),
     }
-    sweep(job, count);
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn sweep_avx2(job: Job, count: usize) {
-    sweep(job, count);
+wide::forms! {
+    avx512, fn sweep_eight(lane: &mut Lane<8>, job: Job, count: usize) {
+        sweep(lane, job, count)
+    }
+}
+wide::forms! {
+    avx2, fn sweep_four(lane: &mut Lane<4>, job: Job, count: usize) {
+        sweep(lane, job, count)
+    }
 }
 
 // Inlined into its callers, so that each compiles the algorithms for its own instructions.
 #[inline(always)]
-fn sweep(job: Job, count: usize) {
+fn sweep<const N: usize>(lane: &mut Lane<N>, job: Job, count: usize) {
     let (sizes, size) = job.sizes();
-    let BatchWorkspace { scratch, inertia, inputs, output } = job.ws;
+    let Lane { scratch, inputs, output } = lane;
+    scratch.mechanism.check(job.model);
+    debug_assert!(scratch.has_inertias_of(job.model), "workspace of another model");
+    let conditions = Conditions { gravity: Vector3::constant(job.model.gravity), armature: &[] };
     let output = &mut output[..size];
-    let bodies = Bodies::new(job.model, inertia);
-    for first in (0..count).step_by(WIDTH) {
+    for first in (0..count).step_by(N) {
         for (lanes, (input, n)) in inputs.iter_mut().zip(job.inputs.iter().zip(sizes)) {
             gather(input, n, first, count, lanes);
         }
         let [q, qd, x] = &*inputs;
         match job.algorithm {
-            Algorithm::InverseDynamics => inverse_dynamics_with(&bodies, scratch, q, qd, x, output),
-            Algorithm::ForwardDynamics => forward_dynamics_with(&bodies, scratch, q, qd, x, output),
-            Algorithm::MassMatrix => mass_matrix_with(&bodies, scratch, q, output),
+            Algorithm::InverseDynamics => rnea::inverse_dynamics(scratch, &conditions, q, qd, x, output),
+            Algorithm::ForwardDynamics => {
+                hybrid_dynamics::forward_dynamics(scratch, &conditions, q, qd, x, output);
+            }
+            Algorithm::MassMatrix => composite_bodies(scratch, &conditions, q, output),
         }
-        for lane in 0..WIDTH.min(count - first) {
+        for lane in 0..N.min(count - first) {
             let own = &mut job.output[(first + lane) * size..][..size];
             for (number, lanes) in own.iter_mut().zip(&*output) {
                 *number = lanes.0[lane];
@@ -197,8 +220,8 @@ fn sweep(job: Job, count: usize) {
 
 /// The numbers of configurations `first` … side by side; past the end the last one is repeated.
 #[inline(always)]
-fn gather(input: &[f64], n: usize, first: usize, count: usize, lanes: &mut [Number]) {
-    for lane in 0..WIDTH {
+fn gather<const N: usize>(input: &[f64], n: usize, first: usize, count: usize, lanes: &mut [Lanes<N>]) {
+    for lane in 0..N {
         let own = &input[(first + lane).min(count - 1) * n..][..n];
         for (lanes, &number) in lanes.iter_mut().zip(own) {
             lanes.0[lane] = number;

@@ -20,18 +20,6 @@ impl<'a, S: Scalar> Bodies<'a, S> {
     pub fn new(model: &'a Model, inertia: &'a [Inertia<S>]) -> Self {
         Self { model, inertia, gravity: Vector3::constant(model.gravity), armature: &[] }
     }
-
-    // The armature of one degree of freedom.
-    #[inline(always)]
-    pub(crate) fn armature(&self, dof: usize) -> S {
-        if self.armature.is_empty() { S::ZERO } else { self.armature[dof] }
-    }
-
-    #[inline(always)]
-    pub(crate) fn check(&self) {
-        assert_eq!(self.inertia.len(), self.model.joints.len(), "inertia");
-        assert!(self.armature.is_empty() || self.armature.len() == self.model.nv, "armature");
-    }
 }
 
 /// The inertias of a model as numbers of another kind, one a joint.

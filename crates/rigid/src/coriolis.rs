@@ -1,10 +1,9 @@
 //! The Coriolis matrix.
 
 use nalgebra::DMatrix;
-use sinew_kinematics::body_poses_with;
-use sinew_model::{Force, Inertia, JointKind, Matrix3, Model, Motion, Scalar, Vector3};
+use sinew_model::{Force, Inertia, Matrix3, Model, Motion, Scalar, Vector3};
 
-use crate::rnea::{rate, scaled};
+use crate::inverse_dynamics_derivatives::Axis;
 use crate::{Bodies, Scratch, Workspace};
 
 /// The Coriolis and centrifugal matrix that makes Ṁ − 2C skew; for trees of single-axis joints that of Christoffel.
@@ -37,8 +36,8 @@ pub fn coriolis_matrix(model: &Model, q: &[f64], qd: &[f64]) -> DMatrix<f64> {
 /// # Panics
 /// If a slice has the wrong length.
 pub fn coriolis_matrix_into(model: &Model, ws: &mut Workspace, q: &[f64], qd: &[f64], C: &mut [f64]) {
-    let (bodies, scratch, _) = ws.split(model);
-    coriolis_matrix_with(&bodies, scratch, q, qd, C);
+    let (_, scratch, _) = ws.open(model);
+    coriolis(scratch, q, qd, C);
 }
 
 /// [`coriolis_matrix_into`] for any kind of number.
@@ -47,63 +46,62 @@ pub fn coriolis_matrix_into(model: &Model, ws: &mut Workspace, q: &[f64], qd: &[
 /// If a slice has the wrong length.
 #[inline(always)]
 pub fn coriolis_matrix_with<S: Scalar>(b: &Bodies<S>, ws: &mut Scratch<S>, q: &[S], qd: &[S], C: &mut [S]) {
-    b.check();
-    let nv = b.model.nv;
+    ws.take(b);
+    coriolis(ws, q, qd, C);
+}
+
+/// The same once the inertias are taken.
+#[inline(always)]
+fn coriolis<S: Scalar>(ws: &mut Scratch<S>, q: &[S], qd: &[S], C: &mut [S]) {
+    let nv = ws.mechanism.nv();
     assert_eq!((qd.len(), C.len()), (nv, nv * nv), "qd, C");
     C.fill(S::ZERO);
-    // All in the world, where composites only add.
-    body_poses_with(b.model, q, &mut ws.pose);
-    for (i, joint) in b.model.joints.iter().enumerate() {
-        let v_parent = joint.parent.map_or(Motion::ZERO, |p| ws.velocity[p.0]);
-        let v = v_parent + ws.pose[i].motion_to_parent(rate(joint, qd));
-        let I = ws.pose[i].inertia_to_parent(&b.inertia[i]);
-        (ws.velocity[i], ws.composite[i], ws.transport[i]) = (v, I, Transport::new(&I, v));
-    }
-    for (j, joint) in b.model.joints.iter().enumerate().rev() {
-        let (I, B) = (ws.composite[j], ws.transport[j]);
-        if let Some(p) = joint.parent {
-            ws.composite[p.0] += I;
-            ws.transport[p.0] = ws.transport[p.0].plus(&B);
+    // All in the world's axes, where composites only add.
+    ws.poses_about_roots(q);
+    let Scratch { mechanism, inertia, world, body, composite, transport, axis, .. } = ws;
+    let segments = mechanism.segments();
+    for (k, (segment, inertia)) in segments.iter().zip(&*inertia).enumerate() {
+        let own = &mut axis[segment.first_axis..][..segment.nv()];
+        let mut v = body[segment.parent].velocity;
+        for (l, axis) in own.iter_mut().enumerate() {
+            // v = v_parent + Σ s q̇
+            axis.s = segment.axis(l, &world[k + 1]);
+            v += axis.s * qd[segment.first_dof + l];
         }
-        for k in 0..joint.kind.nv() {
-            let column = joint.first_dof + k;
-            let (s, s_rate) = axis(ws, joint.kind, j, k, scaled(joint, S::ONE));
+        for axis in own {
+            // ṡ = v × s
+            axis.s_rate = v.cross_motion(axis.s);
+        }
+        let I = world[k + 1].inertia_to_parent(inertia);
+        body[k + 1].velocity = v;
+        (composite[k + 1], transport[k + 1]) = (I, Transport::new(&I, v));
+    }
+    for (j, segment) in segments.iter().enumerate().rev() {
+        let (I, B) = (composite[j + 1], transport[j + 1]);
+        composite[segment.parent] += I;
+        transport[segment.parent] = transport[segment.parent].plus(&B);
+        for k in 0..segment.nv() {
+            let column = segment.first_dof + k;
+            let Axis { s, s_rate, .. } = axis[segment.first_axis + k];
             // F₁ = I ṡ + B s,   F₂ = I s,   F₃ = Bᵀ s
             let (F1, F2, F3) = (I.times(s_rate) + B.times(s), I.times(s), B.transpose_times(s));
-            let mut body = Some(j);
-            while let Some(i) = body {
-                let ancestor = &b.model.joints[i];
-                let own = i == j;
-                for l in 0..ancestor.kind.nv() {
-                    let row = ancestor.first_dof + l;
-                    let (r, r_rate) = axis(ws, ancestor.kind, i, l, scaled(ancestor, S::ONE));
+            for l in 0..segment.nv() {
+                // C_ij = s_i·F₁
+                C[segment.first_dof + l + nv * column] += F1.dot(axis[segment.first_axis + l].s);
+            }
+            let mut ancestor = segment.parent;
+            while ancestor > 0 {
+                let carrier = &segments[ancestor - 1];
+                for (l, r) in axis[carrier.first_axis..][..carrier.nv()].iter().enumerate() {
+                    let row = carrier.first_dof + l;
                     // C_ij = s_i·F₁,   C_ji = ṡ_i·F₂ + s_i·F₃
-                    C[row + nv * column] += F1.dot(r);
-                    if !own {
-                        C[column + nv * row] += F2.dot(r_rate) + F3.dot(r);
-                    }
+                    C[row + nv * column] += F1.dot(r.s);
+                    C[column + nv * row] += F2.dot(r.s_rate) + F3.dot(r.s.angular);
                 }
-                body = ancestor.parent.map(|p| p.0);
+                ancestor = carrier.parent;
             }
         }
     }
-}
-
-/// One axis about the world's origin and its rate, times `scale`.
-///
-/// ```text
-/// s = X S_k,   ṡ = v × s
-/// ```
-#[inline(always)]
-fn axis<S: Scalar>(
-    ws: &Scratch<S>,
-    kind: JointKind,
-    body: usize,
-    k: usize,
-    scale: S,
-) -> (Motion<S>, Motion<S>) {
-    let s = ws.pose[body].motion_to_parent(kind.motion(k, scale));
-    (s, ws.velocity[body].cross_motion(s))
 }
 
 /// How a body carries its momentum along: the body's own share of the Coriolis matrix.
@@ -143,8 +141,9 @@ impl<S: Scalar> Transport<S> {
         Force::new(self.A * s.angular, s.angular.cross(self.f))
     }
 
+    /// Bᵀ s, which is a moment alone.
     #[inline(always)]
-    pub(crate) fn transpose_times(&self, s: Motion<S>) -> Force<S> {
-        Force::new(self.A.transpose_mul(s.angular) + self.f.cross(s.linear), Vector3::ZERO)
+    pub(crate) fn transpose_times(&self, s: Motion<S>) -> Vector3<S> {
+        self.A.transpose_mul(s.angular) + self.f.cross(s.linear)
     }
 }

@@ -1,9 +1,9 @@
 //! Kinetic and potential energy.
 
-use sinew_kinematics::body_poses_with;
-use sinew_model::{Model, Motion, Scalar};
+use sinew_model::{Model, Scalar};
 
 use crate::rnea::velocity;
+use crate::scratch::Conditions;
 use crate::{Bodies, Scratch, Workspace};
 
 /// Kinetic energy of all moving bodies.
@@ -32,8 +32,8 @@ pub fn kinetic_energy(model: &Model, q: &[f64], qd: &[f64]) -> f64 {
 /// # Panics
 /// If a slice has the wrong length.
 pub fn kinetic_energy_into(model: &Model, ws: &mut Workspace, q: &[f64], qd: &[f64]) -> f64 {
-    let (bodies, scratch, _) = ws.split(model);
-    kinetic_energy_with(&bodies, scratch, q, qd)
+    let (conditions, scratch, _) = ws.open(model);
+    kinetic(scratch, &conditions, q, qd)
 }
 
 /// Potential energy of all moving bodies in gravity, 0 at the world's origin.
@@ -63,8 +63,8 @@ pub fn potential_energy(model: &Model, q: &[f64]) -> f64 {
 /// # Panics
 /// If a slice has the wrong length.
 pub fn potential_energy_into(model: &Model, ws: &mut Workspace, q: &[f64]) -> f64 {
-    let (bodies, scratch, _) = ws.split(model);
-    potential_energy_with(&bodies, scratch, q)
+    let (conditions, scratch, _) = ws.open(model);
+    potential(scratch, &conditions, q)
 }
 
 /// Kinetic energy of all moving bodies and of the armature, for any kind of number.
@@ -79,17 +79,25 @@ pub fn potential_energy_into(model: &Model, ws: &mut Workspace, q: &[f64]) -> f6
 /// If a slice has the wrong length.
 #[inline(always)]
 pub fn kinetic_energy_with<S: Scalar>(b: &Bodies<S>, ws: &mut Scratch<S>, q: &[S], qd: &[S]) -> S {
-    b.check();
-    assert_eq!((q.len(), qd.len()), (b.model.nq, b.model.nv), "q, qd");
+    let conditions = ws.take(b);
+    kinetic(ws, &conditions, q, qd)
+}
+
+#[inline(always)]
+fn kinetic<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>, q: &[S], qd: &[S]) -> S {
+    let nv = ws.mechanism.nv();
+    assert_eq!(qd.len(), nv, "qd");
+    let Scratch { mechanism, at, inertia, body, .. } = ws;
+    mechanism.read(q, at);
     let mut twice = S::ZERO;
-    for (i, joint) in b.model.joints.iter().enumerate() {
-        let v_parent = joint.parent.map_or(Motion::ZERO, |p| ws.velocity[p.0]);
-        let (v, _) = velocity(joint, &joint.pose(q), v_parent, qd);
-        twice += b.inertia[i].times(v).dot(v);
-        ws.velocity[i] = v;
+    for (k, (segment, inertia)) in mechanism.segments().iter().zip(&*inertia).enumerate() {
+        let v_parent = body[segment.parent].velocity;
+        let (v, _) = velocity(segment, &mechanism.pose(k, q, at), v_parent, qd);
+        twice += inertia.times(v).dot(v);
+        body[k + 1].velocity = v;
     }
-    for dof in 0..b.model.nv {
-        twice += b.armature(dof) * qd[dof] * qd[dof];
+    for dof in 0..nv {
+        twice += c.armature(dof) * qd[dof] * qd[dof];
     }
     twice * 0.5
 }
@@ -100,11 +108,17 @@ pub fn kinetic_energy_with<S: Scalar>(b: &Bodies<S>, ws: &mut Scratch<S>, q: &[S
 /// If a slice has the wrong length.
 #[inline(always)]
 pub fn potential_energy_with<S: Scalar>(b: &Bodies<S>, ws: &mut Scratch<S>, q: &[S]) -> S {
-    b.check();
-    body_poses_with(b.model, q, &mut ws.pose);
+    let conditions = ws.take(b);
+    potential(ws, &conditions, q)
+}
+
+#[inline(always)]
+fn potential<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>, q: &[S]) -> S {
+    let Scratch { mechanism, at, inertia, world, .. } = ws;
+    mechanism.world_poses(q, at, world);
     let mut energy = S::ZERO;
-    for (pose, inertia) in ws.pose.iter().zip(b.inertia) {
-        energy -= b.gravity.dot(pose.translation * inertia.mass + pose.rotation * inertia.first_moment);
+    for (pose, inertia) in world[1..].iter().zip(&*inertia) {
+        energy -= c.gravity.dot(pose.translation * inertia.mass + pose.rotation * inertia.first_moment);
     }
     energy
 }

@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 use sinew_model::Model;
 
-use crate::{Workspace, forward_dynamics_with};
+use crate::{Workspace, hybrid_dynamics};
 
 /// Accelerations that the torques `tau` produce (articulated bodies).
 ///
@@ -43,6 +43,6 @@ pub fn forward_dynamics_into(
     tau: &[f64],
     qdd: &mut [f64],
 ) {
-    let (bodies, scratch, _) = ws.split(model);
-    forward_dynamics_with(&bodies, scratch, q, qd, tau, qdd);
+    let (conditions, scratch, _) = ws.open(model);
+    hybrid_dynamics::forward_dynamics(scratch, &conditions, q, qd, tau, qdd);
 }

@@ -3,7 +3,9 @@
 use nalgebra::DMatrix;
 use sinew_model::{Model, Scalar};
 
-use crate::{Bodies, Scratch, Workspace, forward_dynamics_with, inverse_dynamics_derivatives_with, ldlt};
+use crate::hybrid_dynamics::forward_dynamics;
+use crate::scratch::Conditions;
+use crate::{Bodies, Scratch, Workspace, inverse_dynamics_derivatives, ltdl};
 
 /// How the accelerations of a robot change with its state and torques; each matrix nv × nv, row: acceleration,
 /// column: what changes.
@@ -24,7 +26,7 @@ pub struct ForwardDynamicsDerivatives {
 /// ```
 ///
 /// `q`: nq, rad (m). `qd`, `tau`: nv. δq is a displacement as [`integrate`](sinew_kinematics::integrate) takes it: of
-/// a floating base [turn; shift] in its own axes. Cost O(n³).
+/// a floating base [turn; shift] in its own axes. Cost O(n² · depth).
 ///
 /// # Panics
 /// If a slice has the wrong length.
@@ -74,8 +76,8 @@ pub fn forward_dynamics_derivatives_into(
     by_velocity: &mut [f64],
     by_torque: &mut [f64],
 ) {
-    let (bodies, scratch, _) = ws.split(model);
-    forward_dynamics_derivatives_with(&bodies, scratch, q, qd, tau, by_position, by_velocity, by_torque);
+    let (conditions, scratch, _) = ws.open(model);
+    differentiate(scratch, &conditions, q, qd, tau, by_position, by_velocity, by_torque);
 }
 
 /// [`forward_dynamics_derivatives_into`] for any kind of number, with the armature.
@@ -93,17 +95,40 @@ pub fn forward_dynamics_derivatives_with<S: Scalar>(
     by_velocity: &mut [S],
     by_torque: &mut [S],
 ) {
-    let nv = b.model.nv;
-    let (mut factor, mut qdd) = (core::mem::take(&mut ws.response.0), core::mem::take(&mut ws.response.2));
-    forward_dynamics_with(b, ws, q, qd, tau, &mut qdd);
-    inverse_dynamics_derivatives_with(b, ws, q, qd, &qdd, by_position, by_velocity, by_torque);
-    factor.copy_from_slice(by_torque);
-    ldlt::factor(&mut factor, nv);
-    ldlt::invert(by_torque, nv);
+    let conditions = ws.take(b);
+    differentiate(ws, &conditions, q, qd, tau, by_position, by_velocity, by_torque);
+}
+
+/// The same once the inertias are taken.
+#[inline(always)]
+fn differentiate<S: Scalar>(
+    ws: &mut Scratch<S>,
+    c: &Conditions<S>,
+    q: &[S],
+    qd: &[S],
+    tau: &[S],
+    by_position: &mut [S],
+    by_velocity: &mut [S],
+    by_torque: &mut [S],
+) {
+    let nv = ws.mechanism.nv();
+    let (mut of_torque, mut qdd) = (core::mem::take(&mut ws.factor), core::mem::take(&mut ws.column));
+    forward_dynamics(ws, c, q, qd, tau, &mut qdd);
+    inverse_dynamics_derivatives::differentiate(ws, c, q, qd, &qdd, by_position, by_velocity, by_torque);
+    let Scratch { support, solution, .. } = ws;
+    ltdl::factor(by_torque, nv, support);
+    ltdl::invert(by_torque, nv, support, solution);
     // ∂q̈/∂x = −M⁻¹ ∂τ/∂x
-    for column in by_position.chunks_exact_mut(nv).chain(by_velocity.chunks_exact_mut(nv)) {
-        ldlt::solve(&factor, nv, column);
-        column.iter_mut().for_each(|x| *x = -*x);
+    for matrix in [by_position, by_velocity] {
+        of_torque.copy_from_slice(matrix);
+        for (k, column) in matrix.chunks_exact_mut(nv.max(1)).enumerate() {
+            column.fill(S::ZERO);
+            for &(start, end) in support.related(k) {
+                for i in start..end {
+                    ltdl::subtract(column, &by_torque[nv * i..nv * (i + 1)], of_torque[i + nv * k]);
+                }
+            }
+        }
     }
-    (ws.response.0, ws.response.2) = (factor, qdd);
+    (ws.factor, ws.column) = (of_torque, qdd);
 }

@@ -1,11 +1,11 @@
 //! Forward and hybrid dynamics: the articulated-body algorithm.
 
-use sinew_model::{ArticulatedInertia, Force, JointKind, Motion, Scalar, Vector3};
+use sinew_model::{ArticulatedInertia, Force, Motion, Scalar, Segment, SegmentKind};
 
-use crate::ldlt;
-use crate::rnea::{inverse_dynamics_with, velocity};
-use crate::scratch::Pivot;
-use crate::{Bodies, Scratch, mass_matrix_with};
+use crate::mass_matrix::{along, composite_bodies};
+use crate::rnea::{inverse_dynamics, velocity};
+use crate::scratch::{Body, Conditions, Pivot};
+use crate::{Bodies, Scratch, ltdl};
 
 /// Accelerations that the torques `tau` produce, for any kind of number (articulated bodies).
 ///
@@ -29,10 +29,24 @@ pub fn forward_dynamics_with<S: Scalar>(
     tau: &[S],
     qdd: &mut [S],
 ) {
-    assert_eq!(tau.len(), b.model.nv, "tau");
+    let conditions = ws.take(b);
+    forward_dynamics(ws, &conditions, q, qd, tau, qdd);
+}
+
+/// The same once the inertias are taken.
+#[inline(always)]
+pub(crate) fn forward_dynamics<S: Scalar>(
+    ws: &mut Scratch<S>,
+    c: &Conditions<S>,
+    q: &[S],
+    qd: &[S],
+    tau: &[S],
+    qdd: &mut [S],
+) {
+    assert_eq!(tau.len(), ws.mechanism.nv(), "tau");
     let mut torque = core::mem::take(&mut ws.torque);
     torque.copy_from_slice(tau);
-    hybrid(b, ws, q, qd, |_| false, qdd, &mut torque);
+    hybrid(ws, c, q, qd, |_| false, qdd, &mut torque);
     ws.torque = torque;
 }
 
@@ -62,7 +76,8 @@ pub fn hybrid_dynamics_with<S: Scalar>(
     tau: &mut [S],
 ) {
     assert_eq!(imposed.len(), b.model.nv, "imposed");
-    hybrid(b, ws, q, qd, |dof| imposed[dof], qdd, tau);
+    let conditions = ws.take(b);
+    hybrid(ws, &conditions, q, qd, |dof| imposed[dof], qdd, tau);
 }
 
 /// How a hybrid motion answers to the torques of its free joints, for any kind of number.
@@ -89,23 +104,24 @@ pub fn hybrid_response_with<S: Scalar>(
 ) {
     let nv = b.model.nv;
     assert_eq!((imposed.len(), response.len()), (nv, nv * nv), "imposed, response");
-    let (mut M, mut factor, mut x) = core::mem::take(&mut ws.response);
-    mass_matrix_with(b, ws, q, &mut M);
-    factor.copy_from_slice(&M);
-    identity_where(|dof| imposed[dof], &mut factor, nv);
-    ldlt::factor(&mut factor, nv);
+    let conditions = ws.take(b);
+    let (mut M, mut inverse) = (core::mem::take(&mut ws.matrix), core::mem::take(&mut ws.factor));
+    composite_bodies(ws, &conditions, q, &mut M);
+    inverse.copy_from_slice(&M);
+    identity_where(|dof| imposed[dof], &mut inverse, nv);
+    ltdl::factor(&mut inverse, nv, &ws.support);
+    ltdl::invert(&mut inverse, nv, &ws.support, &mut ws.column);
     response.fill(S::ZERO);
     for j in (0..nv).filter(|&j| !imposed[j]) {
-        x.fill(S::ZERO);
-        x[j] = S::ONE;
-        ldlt::solve(&factor, nv, &mut x);
         for i in 0..nv {
-            let through =
-                || (0..nv).filter(|&k| !imposed[k]).fold(S::ZERO, |sum, k| sum + M[i + nv * k] * x[k]);
-            response[i + nv * j] = if imposed[i] { through() } else { x[i] };
+            let through = || {
+                let free = (0..nv).filter(|&k| !imposed[k]);
+                free.fold(S::ZERO, |sum, k| sum + M[i + nv * k] * inverse[k + nv * j])
+            };
+            response[i + nv * j] = if imposed[i] { through() } else { inverse[i + nv * j] };
         }
     }
-    ws.response = (M, factor, x);
+    (ws.matrix, ws.factor) = (M, inverse);
 }
 
 // Rows and columns of imposed degrees of freedom become those of the identity.
@@ -120,157 +136,181 @@ fn identity_where<S: Scalar>(imposed: impl Fn(usize) -> bool, M: &mut [S], nv: u
 
 #[inline(always)]
 fn hybrid<S: Scalar>(
-    b: &Bodies<S>,
     ws: &mut Scratch<S>,
+    c: &Conditions<S>,
     q: &[S],
     qd: &[S],
     imposed: impl Fn(usize) -> bool + Copy,
     qdd: &mut [S],
     tau: &mut [S],
 ) {
-    b.check();
-    let nv = b.model.nv;
-    assert_eq!((q.len(), qd.len(), qdd.len(), tau.len()), (b.model.nq, nv, nv, nv), "q, qd, qdd, tau");
-    if b.model.has_mimic() {
-        by_mass_matrix(b, ws, q, qd, imposed, qdd, tau);
+    let nv = ws.mechanism.nv();
+    assert_eq!((qd.len(), qdd.len(), tau.len()), (nv, nv, nv), "qd, qdd, tau");
+    if ws.mechanism.has_mimic() {
+        by_mass_matrix(ws, c, q, qd, imposed, qdd, tau);
     } else {
-        gather(b, ws, q, qd, imposed, qdd, tau);
-        accelerate(b, ws, imposed, qdd, tau);
+        outward(ws, q, qd);
+        inward(ws, c, imposed, qdd, tau);
+        accelerate(ws, c, imposed, qdd, tau);
     }
 }
 
-/// Outward for velocities, inward for articulated inertias. A floating joint is six axes one after another in one
-/// frame, so that one treatment serves every kind of joint.
+/// Velocities, and what each body alone is and feels.
 #[inline(always)]
-fn gather<S: Scalar>(
-    b: &Bodies<S>,
+fn outward<S: Scalar>(ws: &mut Scratch<S>, q: &[S], qd: &[S]) {
+    let Scratch { mechanism, at, inertia, body, articulated, .. } = ws;
+    mechanism.read(q, at);
+    for (k, (segment, inertia)) in mechanism.segments().iter().zip(&*inertia).enumerate() {
+        let (before, own) = body.split_at_mut(k + 1);
+        let pose = mechanism.pose(k, q, at);
+        let (v, c) = velocity(segment, &pose, before[segment.parent].velocity, qd);
+        // I_A = I,   p_A = v ×* I v
+        articulated[k + 1] = ArticulatedInertia::rigid(inertia);
+        let force = v.cross_force(inertia.times(v));
+        own[0] = Body { pose, velocity: v, acceleration: c, force };
+    }
+}
+
+/// Articulated inertias. A free joint is six axes one after another in one frame, so that one treatment serves every
+/// kind of joint.
+#[inline(always)]
+fn inward<S: Scalar>(
     ws: &mut Scratch<S>,
-    q: &[S],
-    qd: &[S],
+    c: &Conditions<S>,
     imposed: impl Fn(usize) -> bool,
     qdd: &[S],
     tau: &[S],
 ) {
-    for (i, joint) in b.model.joints.iter().enumerate() {
-        let pose = joint.pose(q);
-        let v_parent = joint.parent.map_or(Motion::ZERO, |p| ws.velocity[p.0]);
-        let (v, c) = velocity(joint, &pose, v_parent, qd);
-        // I_A = I,   p_A = v ×* I v
-        ws.articulated[i] = ArticulatedInertia::rigid(&b.inertia[i]);
-        ws.force[i] = v.cross_force(b.inertia[i].times(v));
-        (ws.pose[i], ws.velocity[i], ws.acceleration[i]) = (pose, v, c);
-    }
-    for (i, joint) in b.model.joints.iter().enumerate().rev() {
-        let (mut I, mut p) = (ws.articulated[i], ws.force[i]);
-        for k in (0..joint.kind.nv()).rev() {
-            let dof = joint.first_dof + k;
+    let Scratch { mechanism, body, articulated, pivot, .. } = ws;
+    for (row, segment) in mechanism.segments().iter().enumerate().rev().map(|(k, s)| (k + 1, s)) {
+        let (mut I, mut p) = (articulated[row], body[row].force);
+        for k in (0..segment.nv()).rev() {
+            let (dof, axis) = (segment.first_dof + k, segment.first_axis + k);
             // U = I_A s
-            let U = column(&I, joint.kind, k);
-            let bias = joint.kind.along(k, p);
+            let U = column(&I, segment, k);
+            let bias = along(segment, k, p);
             if imposed(dof) {
                 // p_A = p_A + U q̈
-                ws.pivot[dof] = Pivot { U, d_inverse: S::ZERO, u: bias };
+                pivot[axis] = Pivot { U, d_inverse: S::ZERO, u: bias };
                 p += U * qdd[dof];
             } else {
                 // d = s·U,   u = τ − s·p_A,   I_A = I_A − U Uᵀ/d,   p_A = p_A + U u/d
-                let d_inverse = (joint.kind.along(k, U) + b.armature(dof)).recip();
+                let d_inverse = (along(segment, k, U) + c.armature(dof)).recip();
                 let u = tau[dof] - bias;
-                ws.pivot[dof] = Pivot { U, d_inverse, u };
+                pivot[axis] = Pivot { U, d_inverse, u };
                 I = I.without(U, d_inverse);
                 p += U * (u * d_inverse);
             }
         }
-        if let Some(parent) = joint.parent {
+        if segment.parent > 0 {
             // I_parent = I_parent + Xᵀ I_A X,   p_parent = p_parent + Xᵀ (p_A + I_A c)
-            p += I.times(ws.acceleration[i]);
-            ws.articulated[parent.0] = ws.articulated[parent.0].plus(&I.to_parent(&ws.pose[i]));
-            ws.force[parent.0] += ws.pose[i].force_to_parent(p);
+            let Body { pose, acceleration, .. } = body[row];
+            p += I.times(acceleration);
+            articulated[segment.parent] = articulated[segment.parent].plus(&I.to_parent(&pose));
+            body[segment.parent].force += pose.force_to_parent(p);
         }
     }
 }
 
-/// Outward for accelerations; `ws.acceleration` holds the velocity products c before, a after.
+/// Accelerations; those of the bodies are the velocity products c before.
 #[inline(always)]
 fn accelerate<S: Scalar>(
-    b: &Bodies<S>,
     ws: &mut Scratch<S>,
+    c: &Conditions<S>,
     imposed: impl Fn(usize) -> bool,
     qdd: &mut [S],
     tau: &mut [S],
 ) {
-    for (i, joint) in b.model.joints.iter().enumerate() {
-        let a_parent = match joint.parent {
-            None => Motion::new(Vector3::ZERO, -b.gravity),
-            Some(p) => ws.acceleration[p.0],
-        };
+    let Scratch { mechanism, body, pivot, .. } = ws;
+    body[0].acceleration = c.ground();
+    for (row, segment) in mechanism.segments().iter().enumerate().map(|(k, s)| (k + 1, s)) {
         // a = X a_parent + c
-        let mut a = ws.pose[i].motion_to_child(a_parent) + ws.acceleration[i];
-        for k in 0..joint.kind.nv() {
-            let dof = joint.first_dof + k;
-            let Pivot { U, d_inverse, u } = ws.pivot[dof];
+        let a_parent = body[segment.parent].acceleration;
+        let mut a = body[row].pose.motion_to_child(a_parent) + body[row].acceleration;
+        for k in 0..segment.nv() {
+            let dof = segment.first_dof + k;
+            let Pivot { U, d_inverse, u } = pivot[segment.first_axis + k];
             if imposed(dof) {
                 // a = a + s q̈,   τ = U·a + s·p_A
-                a += joint.kind.motion(k, qdd[dof]);
-                tau[dof] = U.dot(a) + u + b.armature(dof) * qdd[dof];
+                add_along(segment, k, qdd[dof], &mut a);
+                tau[dof] = U.dot(a) + u + c.armature(dof) * qdd[dof];
             } else {
                 // q̈ = (u − U·a)/d,   a = a + s q̈
                 qdd[dof] = (u - U.dot(a)) * d_inverse;
-                a += joint.kind.motion(k, qdd[dof]);
+                add_along(segment, k, qdd[dof], &mut a);
             }
         }
-        ws.acceleration[i] = a;
+        body[row].acceleration = a;
     }
 }
 
 /// The same through M and h, for trees in which several joints share a degree of freedom.
 #[inline(always)]
 fn by_mass_matrix<S: Scalar>(
-    b: &Bodies<S>,
     ws: &mut Scratch<S>,
+    c: &Conditions<S>,
     q: &[S],
     qd: &[S],
     imposed: impl Fn(usize) -> bool,
     qdd: &mut [S],
     tau: &mut [S],
 ) {
-    let nv = b.model.nv;
+    let nv = ws.mechanism.nv();
     let (mut M, mut x) = (core::mem::take(&mut ws.matrix), core::mem::take(&mut ws.solution));
     // x = τ_f − (M q̈ + h)_f with q̈_f = 0
     for dof in (0..nv).filter(|&dof| !imposed(dof)) {
         qdd[dof] = S::ZERO;
     }
-    inverse_dynamics_with(b, ws, q, qd, qdd, &mut x);
+    inverse_dynamics(ws, c, q, qd, qdd, &mut x);
     for dof in 0..nv {
         x[dof] = if imposed(dof) { S::ZERO } else { tau[dof] - x[dof] };
     }
     // M_ff q̈_f = x; imposed rows and columns become those of the identity
-    mass_matrix_with(b, ws, q, &mut M);
+    composite_bodies(ws, c, q, &mut M);
     identity_where(&imposed, &mut M, nv);
-    ldlt::factor(&mut M, nv);
-    ldlt::solve(&M, nv, &mut x);
+    ltdl::factor(&mut M, nv, &ws.support);
+    ltdl::solve(&M, nv, &ws.support, &mut x);
     for dof in (0..nv).filter(|&dof| !imposed(dof)) {
         qdd[dof] = x[dof];
     }
     // τ_i = (M q̈ + h)_i
-    inverse_dynamics_with(b, ws, q, qd, qdd, &mut x);
+    inverse_dynamics(ws, c, q, qd, qdd, &mut x);
     for dof in (0..nv).filter(|&dof| imposed(dof)) {
         tau[dof] = x[dof];
     }
     (ws.matrix, ws.solution) = (M, x);
 }
 
-/// I_A S_k.
+/// I_A S_k. No joint here mimics another: the ratio is that of an axis that points backwards or forwards.
 #[inline(always)]
-fn column<S: Scalar>(I: &ArticulatedInertia<S>, kind: JointKind, k: usize) -> Force<S> {
-    match kind {
-        JointKind::Revolute { axis } => {
-            let axis = Vector3::constant(axis);
-            Force::new(I.angular * axis, I.mixed.transpose_mul(axis))
+fn column<S: Scalar>(I: &ArticulatedInertia<S>, segment: &Segment, k: usize) -> Force<S> {
+    let ArticulatedInertia { angular: A, mixed: H, linear: L } = I;
+    let ratio = S::constant(segment.ratio);
+    match segment.kind {
+        SegmentKind::Turning => Force::new([A.xz, A.yz, A.zz].into(), H.rows[2]) * ratio,
+        SegmentKind::Sliding => {
+            let mixed = H.rows.map(|row| row.z);
+            Force::new(mixed.into(), [L.xz, L.yz, L.zz].into()) * ratio
         }
-        JointKind::Prismatic { axis } => {
-            let axis = Vector3::constant(axis);
-            Force::new(I.mixed * axis, I.linear * axis)
+        SegmentKind::Free => {
+            let mut a = Motion::ZERO;
+            add_along(segment, k, S::ONE, &mut a);
+            I.times(a)
         }
-        JointKind::Floating => I.times(kind.motion(k, S::ONE)),
+    }
+}
+
+/// a = a + S_k x.
+#[inline(always)]
+fn add_along<S: Scalar>(segment: &Segment, k: usize, x: S, a: &mut Motion<S>) {
+    match (segment.kind, k) {
+        (SegmentKind::Turning, _) => a.angular.z += x * segment.ratio,
+        (SegmentKind::Sliding, _) => a.linear.z += x * segment.ratio,
+        (SegmentKind::Free, 0) => a.angular.x += x,
+        (SegmentKind::Free, 1) => a.angular.y += x,
+        (SegmentKind::Free, 2) => a.angular.z += x,
+        (SegmentKind::Free, 3) => a.linear.x += x,
+        (SegmentKind::Free, 4) => a.linear.y += x,
+        (SegmentKind::Free, _) => a.linear.z += x,
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 use sinew_model::Model;
 
-use crate::{Workspace, inverse_dynamics_with};
+use crate::{Workspace, rnea};
 
 /// Joint torques that produce the accelerations `qdd` (recursive Newton–Euler).
 ///
@@ -42,8 +42,8 @@ pub fn inverse_dynamics_into(
     qdd: &[f64],
     tau: &mut [f64],
 ) {
-    let (bodies, scratch, _) = ws.split(model);
-    inverse_dynamics_with(&bodies, scratch, q, qd, qdd, tau);
+    let (conditions, scratch, _) = ws.open(model);
+    rnea::inverse_dynamics(scratch, &conditions, q, qd, qdd, tau);
 }
 
 /// Nonlinear effects: the torques of a motion without acceleration.
@@ -75,8 +75,8 @@ pub fn bias(model: &Model, q: &[f64], qd: &[f64]) -> DVector<f64> {
 /// # Panics
 /// If a slice has the wrong length.
 pub fn bias_into(model: &Model, ws: &mut Workspace, q: &[f64], qd: &[f64], h: &mut [f64]) {
-    let (bodies, scratch, zeros) = ws.split(model);
-    inverse_dynamics_with(&bodies, scratch, q, qd, zeros, h);
+    let (conditions, scratch, zeros) = ws.open(model);
+    rnea::inverse_dynamics(scratch, &conditions, q, qd, zeros, h);
 }
 
 /// Torques that hold the robot against gravity.
@@ -108,6 +108,6 @@ pub fn gravity(model: &Model, q: &[f64]) -> DVector<f64> {
 /// # Panics
 /// If a slice has the wrong length.
 pub fn gravity_into(model: &Model, ws: &mut Workspace, q: &[f64], g: &mut [f64]) {
-    let (bodies, scratch, zeros) = ws.split(model);
-    inverse_dynamics_with(&bodies, scratch, q, zeros, zeros, g);
+    let (conditions, scratch, zeros) = ws.open(model);
+    rnea::inverse_dynamics(scratch, &conditions, q, zeros, zeros, g);
 }

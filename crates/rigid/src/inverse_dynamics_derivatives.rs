@@ -1,11 +1,11 @@
 //! Analytic derivatives of inverse dynamics.
 
 use nalgebra::DMatrix;
-use sinew_kinematics::body_poses_with;
-use sinew_model::{Model, Motion, Scalar, Vector3};
+use sinew_model::{Model, Motion, Scalar};
 
 use crate::coriolis::Transport;
-use crate::rnea::{body_force, rate, scaled};
+use crate::rnea::body_force;
+use crate::scratch::Conditions;
 use crate::{Bodies, Scratch, Workspace};
 
 /// How the torques of a motion change with it; each matrix nv × nv, row: torque, column: what changes.
@@ -76,17 +76,8 @@ pub fn inverse_dynamics_derivatives_into(
     by_velocity: &mut [f64],
     by_acceleration: &mut [f64],
 ) {
-    let (bodies, scratch, _) = ws.split(model);
-    inverse_dynamics_derivatives_with(
-        &bodies,
-        scratch,
-        q,
-        qd,
-        qdd,
-        by_position,
-        by_velocity,
-        by_acceleration,
-    );
+    let (conditions, scratch, _) = ws.open(model);
+    differentiate(scratch, &conditions, q, qd, qdd, by_position, by_velocity, by_acceleration);
 }
 
 /// [`inverse_dynamics_derivatives_into`] for any kind of number, with the armature on the diagonal of M.
@@ -104,8 +95,23 @@ pub fn inverse_dynamics_derivatives_with<S: Scalar>(
     by_velocity: &mut [S],
     by_acceleration: &mut [S],
 ) {
-    b.check();
-    let nv = b.model.nv;
+    let conditions = ws.take(b);
+    differentiate(ws, &conditions, q, qd, qdd, by_position, by_velocity, by_acceleration);
+}
+
+/// The same once the inertias are taken.
+#[inline(always)]
+pub(crate) fn differentiate<S: Scalar>(
+    ws: &mut Scratch<S>,
+    c: &Conditions<S>,
+    q: &[S],
+    qd: &[S],
+    qdd: &[S],
+    by_position: &mut [S],
+    by_velocity: &mut [S],
+    by_acceleration: &mut [S],
+) {
+    let nv = ws.mechanism.nv();
     assert_eq!((qd.len(), qdd.len()), (nv, nv), "qd, qdd");
     let lengths = (by_position.len(), by_velocity.len(), by_acceleration.len());
     assert_eq!(lengths, (nv * nv, nv * nv, nv * nv), "by_position, by_velocity, by_acceleration");
@@ -113,41 +119,37 @@ pub fn inverse_dynamics_derivatives_with<S: Scalar>(
         matrix.fill(S::ZERO);
     }
     for dof in 0..nv {
-        by_acceleration[dof + nv * dof] = b.armature(dof);
+        by_acceleration[dof + nv * dof] = c.armature(dof);
     }
-    outward(b, ws, q, qd, qdd);
+    outward(ws, c, q, qd, qdd);
+    let Scratch { mechanism, body, composite, transport, axis, .. } = ws;
+    let segments = mechanism.segments();
     // Inward: a body's columns once its subtree has been added up.
-    let mut end = ws.axis.len();
-    for (j, joint) in b.model.joints.iter().enumerate().rev() {
-        let (I, B, f) = (ws.composite[j], ws.transport[j], ws.force[j]);
-        if let Some(p) = joint.parent {
-            ws.composite[p.0] += I;
-            ws.transport[p.0] = ws.transport[p.0].plus(&B);
-            ws.force[p.0] += f;
-        }
-        let own = end - joint.kind.nv()..end;
-        end = own.start;
-        for (k, axis) in own.clone().enumerate() {
-            let column = joint.first_dof + k;
-            let Axis { s, psi, psi_rate, s_rate } = ws.axis[axis];
+    for (j, segment) in segments.iter().enumerate().rev() {
+        let (I, B, f) = (composite[j + 1], transport[j + 1], body[j + 1].force);
+        composite[segment.parent] += I;
+        transport[segment.parent] = transport[segment.parent].plus(&B);
+        body[segment.parent].force += f;
+        for k in 0..segment.nv() {
+            let column = segment.first_dof + k;
+            let Axis { s, psi, psi_rate, s_rate } = axis[segment.first_axis + k];
             // F₁ = I (ψ̇ + ṡ) + 2 B s,   F₂ = I ψ̈ + 2 B ψ̇,   F₃ = I s,   F₄ = 2 Bᵀ s
             let F1 = I.times(s_rate) + twice(B.times(s));
             let F2 = I.times(psi_rate) + twice(B.times(psi));
             let (F3, F4) = (I.times(s), twice(B.transpose_times(s)));
-            for (l, other) in own.clone().enumerate() {
-                let (row, r) = (joint.first_dof + l, ws.axis[other].s);
+            for l in 0..segment.nv() {
+                let (row, r) = (segment.first_dof + l, axis[segment.first_axis + l].s);
                 by_position[row + nv * column] += F2.dot(r);
                 by_velocity[row + nv * column] += F1.dot(r);
                 by_acceleration[row + nv * column] += F3.dot(r);
             }
             // an ancestor's axis stays where it is when this joint turns the force of its subtree
             let F2 = F2 + s.cross_force(f);
-            let mut ancestor = joint.parent;
-            while let Some(id) = ancestor {
-                let carrier = &b.model.joints[id.0];
-                for l in 0..carrier.kind.nv() {
+            let mut ancestor = segment.parent;
+            while ancestor > 0 {
+                let carrier = &segments[ancestor - 1];
+                for (l, r) in axis[carrier.first_axis..][..carrier.nv()].iter().enumerate() {
                     let row = carrier.first_dof + l;
-                    let r = &ws.axis[ws.first_axis[id.0] + l];
                     // ∂τ_i/∂q_j = s_i·F₂,   ∂τ_i/∂q̇_j = s_i·F₁,   M_ij = s_i·F₃
                     by_position[row + nv * column] += F2.dot(r.s);
                     by_velocity[row + nv * column] += F1.dot(r.s);
@@ -155,8 +157,8 @@ pub fn inverse_dynamics_derivatives_with<S: Scalar>(
                     by_acceleration[row + nv * column] += m;
                     by_acceleration[column + nv * row] += m;
                     // ∂τ_j/∂q_i = ψ̈_i·F₃ + ψ̇_i·F₄,   ∂τ_j/∂q̇_i = (ψ̇_i + ṡ_i)·F₃ + s_i·F₄
-                    by_position[column + nv * row] += F3.dot(r.psi_rate) + F4.dot(r.psi);
-                    by_velocity[column + nv * row] += F3.dot(r.s_rate) + F4.dot(r.s);
+                    by_position[column + nv * row] += F3.dot(r.psi_rate) + F4.dot(r.psi.angular);
+                    by_velocity[column + nv * row] += F3.dot(r.s_rate) + F4.dot(r.s.angular);
                 }
                 ancestor = carrier.parent;
             }
@@ -168,13 +170,13 @@ pub fn inverse_dynamics_derivatives_with<S: Scalar>(
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Axis<S> {
     /// s.
-    s: Motion<S>,
+    pub(crate) s: Motion<S>,
     /// ψ̇ = v_parent × s.
-    psi: Motion<S>,
+    pub(crate) psi: Motion<S>,
     /// ψ̈ = a_parent × s + v_parent × ψ̇.
-    psi_rate: Motion<S>,
+    pub(crate) psi_rate: Motion<S>,
     /// ψ̇ + ṡ, ṡ = v × s.
-    s_rate: Motion<S>,
+    pub(crate) s_rate: Motion<S>,
 }
 
 impl<S: Scalar> Axis<S> {
@@ -182,33 +184,38 @@ impl<S: Scalar> Axis<S> {
         Self { s: Motion::ZERO, psi: Motion::ZERO, psi_rate: Motion::ZERO, s_rate: Motion::ZERO };
 }
 
-/// Poses, axes, inertias and forces of all bodies about the world's origin, where composites only add.
+/// Poses, axes, inertias and forces of all bodies in the world's axes, where composites only add.
 #[inline(always)]
-fn outward<S: Scalar>(b: &Bodies<S>, ws: &mut Scratch<S>, q: &[S], qd: &[S], qdd: &[S]) {
-    body_poses_with(b.model, q, &mut ws.pose);
-    let ground = Motion::new(Vector3::ZERO, -b.gravity);
-    for (i, joint) in b.model.joints.iter().enumerate() {
-        let pose = ws.pose[i];
-        let (v_parent, a_parent) =
-            joint.parent.map_or((Motion::ZERO, ground), |p| (ws.velocity[p.0], ws.acceleration[p.0]));
-        // v = v_parent + S q̇,   a = a_parent + S q̈ + v × S q̇
-        let moved = pose.motion_to_parent(rate(joint, qd));
-        let v = v_parent + moved;
-        let a = a_parent + pose.motion_to_parent(rate(joint, qdd)) + v.cross_motion(moved);
-        let I = pose.inertia_to_parent(&b.inertia[i]);
-        for k in 0..joint.kind.nv() {
-            let s = pose.motion_to_parent(joint.kind.motion(k, scaled(joint, S::ONE)));
-            let psi = v_parent.cross_motion(s);
-            let psi_rate = a_parent.cross_motion(s) + v_parent.cross_motion(psi);
-            let s_rate = psi + v.cross_motion(s);
-            ws.axis[ws.first_axis[i] + k] = Axis { s, psi, psi_rate, s_rate };
+fn outward<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>, q: &[S], qd: &[S], qdd: &[S]) {
+    ws.poses_about_roots(q);
+    let Scratch { mechanism, inertia, world, body, composite, transport, axis, .. } = ws;
+    body[0].acceleration = c.ground();
+    for (k, (segment, inertia)) in mechanism.segments().iter().zip(&*inertia).enumerate() {
+        let pose = &world[k + 1];
+        let (v_parent, a_parent) = (body[segment.parent].velocity, body[segment.parent].acceleration);
+        // v = v_parent + Σ s q̇,   a = a_parent + Σ s q̈ + v × Σ s q̇
+        let (mut moved, mut pushed) = (Motion::ZERO, Motion::ZERO);
+        let own = &mut axis[segment.first_axis..][..segment.nv()];
+        for (l, axis) in own.iter_mut().enumerate() {
+            axis.s = segment.axis(l, pose);
+            moved += axis.s * qd[segment.first_dof + l];
+            pushed += axis.s * qdd[segment.first_dof + l];
         }
-        (ws.velocity[i], ws.acceleration[i]) = (v, a);
-        (ws.composite[i], ws.transport[i], ws.force[i]) = (I, Transport::new(&I, v), body_force(&I, v, a));
+        let v = v_parent + moved;
+        let a = a_parent + pushed + v.cross_motion(moved);
+        for axis in own {
+            axis.psi = v_parent.cross_motion(axis.s);
+            axis.psi_rate = a_parent.cross_motion(axis.s) + v_parent.cross_motion(axis.psi);
+            axis.s_rate = axis.psi + v.cross_motion(axis.s);
+        }
+        let I = pose.inertia_to_parent(inertia);
+        (body[k + 1].velocity, body[k + 1].acceleration) = (v, a);
+        body[k + 1].force = body_force(&I, v, a);
+        (composite[k + 1], transport[k + 1]) = (I, Transport::new(&I, v));
     }
 }
 
 #[inline(always)]
-fn twice<S: Scalar>(f: sinew_model::Force<S>) -> sinew_model::Force<S> {
-    f + f
+fn twice<T: core::ops::Add<Output = T> + Copy>(x: T) -> T {
+    x + x
 }

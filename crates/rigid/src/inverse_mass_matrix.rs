@@ -3,7 +3,9 @@
 use nalgebra::DMatrix;
 use sinew_model::{Model, Scalar};
 
-use crate::{Bodies, Scratch, Workspace, ldlt, mass_matrix_with};
+use crate::mass_matrix::composite_bodies;
+use crate::scratch::Conditions;
+use crate::{Bodies, Scratch, Workspace, ltdl};
 
 /// The inverse of the mass matrix: the accelerations of unit torques.
 ///
@@ -11,7 +13,9 @@ use crate::{Bodies, Scratch, Workspace, ldlt, mass_matrix_with};
 /// q̈ = M(q)⁻¹ τ   at rest without gravity
 /// ```
 ///
-/// `q`: nq, rad (m). Returns nv × nv, symmetric. Cost O(n³).
+/// `q`: nq, rad (m). Returns nv × nv, symmetric. Cost O(n² · depth).
+///
+/// M is factored without touching the zeros of branches that do not carry each other.
 ///
 /// # Panics
 /// If `q` has the wrong length.
@@ -33,8 +37,8 @@ pub fn inverse_mass_matrix(model: &Model, q: &[f64]) -> DMatrix<f64> {
 /// # Panics
 /// If a slice has the wrong length.
 pub fn inverse_mass_matrix_into(model: &Model, ws: &mut Workspace, q: &[f64], M_inverse: &mut [f64]) {
-    let (bodies, scratch, _) = ws.split(model);
-    inverse_mass_matrix_with(&bodies, scratch, q, M_inverse);
+    let (conditions, scratch, _) = ws.open(model);
+    invert(scratch, &conditions, q, M_inverse);
 }
 
 /// [`inverse_mass_matrix_into`] for any kind of number.
@@ -43,6 +47,15 @@ pub fn inverse_mass_matrix_into(model: &Model, ws: &mut Workspace, q: &[f64], M_
 /// If a slice has the wrong length.
 #[inline(always)]
 pub fn inverse_mass_matrix_with<S: Scalar>(b: &Bodies<S>, ws: &mut Scratch<S>, q: &[S], M_inverse: &mut [S]) {
-    mass_matrix_with(b, ws, q, M_inverse);
-    ldlt::invert(M_inverse, b.model.nv);
+    let conditions = ws.take(b);
+    invert(ws, &conditions, q, M_inverse);
+}
+
+/// The same once the inertias are taken.
+#[inline(always)]
+fn invert<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>, q: &[S], M_inverse: &mut [S]) {
+    composite_bodies(ws, c, q, M_inverse);
+    let nv = ws.mechanism.nv();
+    ltdl::factor(M_inverse, nv, &ws.support);
+    ltdl::invert(M_inverse, nv, &ws.support, &mut ws.column);
 }

@@ -29,12 +29,14 @@ mod hybrid_dynamics;
 mod inverse_dynamics;
 mod inverse_dynamics_derivatives;
 mod inverse_mass_matrix;
-mod ldlt;
+mod ltdl;
 mod mass_matrix;
 mod regressor;
 mod rnea;
 mod scratch;
+mod support;
 mod tool_wrench;
+mod wide;
 mod workspace;
 
 pub use batch::{

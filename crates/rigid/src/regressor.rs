@@ -1,9 +1,9 @@
 //! The regressor: torques as a linear map of the inertial parameters.
 
 use nalgebra::DMatrix;
-use sinew_model::{Model, Motion, Scalar, Vector3};
+use sinew_model::{Matrix3, Model, Motion, Pose, Scalar, Vector3};
 
-use crate::rnea::{rate, scaled, velocity};
+use crate::scratch::Conditions;
 use crate::{Bodies, Scratch, Workspace};
 
 /// Inertial parameters of one body.
@@ -40,8 +40,8 @@ pub fn regressor(model: &Model, q: &[f64], qd: &[f64], qdd: &[f64]) -> DMatrix<f
 /// # Panics
 /// If a slice has the wrong length.
 pub fn regressor_into(model: &Model, ws: &mut Workspace, q: &[f64], qd: &[f64], qdd: &[f64], Y: &mut [f64]) {
-    let (bodies, scratch, _) = ws.split(model);
-    regressor_with(&bodies, scratch, q, qd, qdd, Y);
+    let (conditions, scratch, _) = ws.open(model);
+    rows(scratch, &conditions, q, qd, qdd, Y);
 }
 
 /// [`regressor_into`] for any kind of number; the inertias and the armature of `b` are not looked at.
@@ -57,58 +57,86 @@ pub fn regressor_with<S: Scalar>(
     qdd: &[S],
     Y: &mut [S],
 ) {
-    let (nv, n) = (b.model.nv, b.model.joints.len());
-    assert_eq!((q.len(), qd.len(), qdd.len()), (b.model.nq, nv, nv), "q, qd, qdd");
-    assert_eq!(Y.len(), nv * PARAMETERS * n, "Y");
+    ws.mechanism.check(b.model);
+    let conditions = Conditions { gravity: b.gravity, armature: &[] };
+    rows(ws, &conditions, q, qd, qdd, Y);
+}
+
+#[inline(always)]
+fn rows<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>, q: &[S], qd: &[S], qdd: &[S], Y: &mut [S]) {
+    let nv = ws.mechanism.nv();
+    assert_eq!((qd.len(), qdd.len()), (nv, nv), "qd, qdd");
+    assert_eq!(Y.len(), nv * PARAMETERS * ws.inertia.len(), "Y");
     Y.fill(S::ZERO);
-    for (i, joint) in b.model.joints.iter().enumerate() {
-        let pose = joint.pose(q);
-        let (world_from_parent, v_parent, a_parent) = match joint.parent {
-            None => (None, Motion::ZERO, Motion::new(Vector3::ZERO, -b.gravity)),
-            Some(p) => (Some(ws.pose[p.0]), ws.velocity[p.0], ws.acceleration[p.0]),
-        };
-        let (v, c) = velocity(joint, &pose, v_parent, qd);
-        let a = pose.motion_to_child(a_parent) + rate(joint, qdd) + c;
-        ws.pose[i] = world_from_parent.map_or(pose, |parent| parent * pose);
-        (ws.velocity[i], ws.acceleration[i]) = (v, a);
-        let mut ancestor = Some(i);
-        while let Some(j) = ancestor {
-            let carrier = &b.model.joints[j];
-            for k in 0..carrier.kind.nv() {
-                // s = the axis as body i feels it
-                let unit = carrier.kind.motion(k, scaled(carrier, S::ONE));
-                let s = ws.pose[i].motion_to_child(ws.pose[j].motion_to_parent(unit));
-                let row = carrier.first_dof + k;
-                for (p, entry) in along_axis(s, v, a).into_iter().enumerate() {
-                    Y[row + nv * (PARAMETERS * i + p)] += entry;
+    ws.poses_about_roots(q);
+    let Scratch { mechanism, world, body, axis, .. } = ws;
+    let segments = mechanism.segments();
+    body[0].acceleration = c.ground();
+    let blocks = Y.chunks_exact_mut((nv * PARAMETERS).max(1));
+    for ((k, segment), block) in segments.iter().enumerate().zip(blocks) {
+        // v = v_parent + Σ s q̇,   a = a_parent + Σ s q̈ + v × Σ s q̇, in the world's axes
+        let (mut moved, mut pushed) = (Motion::ZERO, Motion::ZERO);
+        for (l, axis) in axis[segment.first_axis..][..segment.nv()].iter_mut().enumerate() {
+            axis.s = segment.axis(l, &world[k + 1]);
+            moved += axis.s * qd[segment.first_dof + l];
+            pushed += axis.s * qdd[segment.first_dof + l];
+        }
+        let v = body[segment.parent].velocity + moved;
+        let a = body[segment.parent].acceleration + pushed + v.cross_motion(moved);
+        (body[k + 1].velocity, body[k + 1].acceleration) = (v, a);
+        // the parameters are told in the link's frame
+        let pose = world[k + 1] * Pose::constant(&segment.segment_from_link());
+        let torques = Torques::new(pose.motion_to_child(v), pose.motion_to_child(a));
+        let mut row = k + 1;
+        while row > 0 {
+            let carrier = &segments[row - 1];
+            for (l, axis) in axis[carrier.first_axis..][..carrier.nv()].iter().enumerate() {
+                let along = torques.along(pose.motion_to_child(axis.s));
+                let entries = block[carrier.first_dof + l..].iter_mut().step_by(nv);
+                for (entry, x) in entries.zip(along) {
+                    *entry += x;
                 }
             }
-            ancestor = carrier.parent.map(|p| p.0);
+            row = carrier.parent;
         }
     }
 }
 
-/// The torque along axis `s` of each of a body's ten parameters, all in the body.
+/// The torque along any axis of each of a body's ten parameters, all in the body.
 ///
 /// ```text
-/// s·f = m s_v·b + h·(b × s_ω − α × s_v + ω × (ω × s_v)) + s_ω·I α + (s_ω × ω)·I ω,   b = a + ω × v
+/// s·f = m s_v·b + h·(b × s_ω + K s_v) + s_ω·I α + (s_ω × ω)·I ω,   b = a + ω × v,   K = [ω]× [ω]× − [α]×
 /// ```
-#[inline(always)]
-fn along_axis<S: Scalar>(s: Motion<S>, v: Motion<S>, a: Motion<S>) -> [S; PARAMETERS] {
-    let (w, alpha, omega) = (s.angular, a.angular, v.angular);
-    let point = a.linear + omega.cross(v.linear);
-    let h = point.cross(w) - alpha.cross(s.linear) + omega.cross(omega.cross(s.linear));
-    let z = w.cross(omega);
-    [
-        s.linear.dot(point),
-        h.x,
-        h.y,
-        h.z,
-        w.x * alpha.x + z.x * omega.x,
-        w.x * alpha.y + w.y * alpha.x + z.x * omega.y + z.y * omega.x,
-        w.y * alpha.y + z.y * omega.y,
-        w.x * alpha.z + w.z * alpha.x + z.x * omega.z + z.z * omega.x,
-        w.y * alpha.z + w.z * alpha.y + z.y * omega.z + z.z * omega.y,
-        w.z * alpha.z + z.z * omega.z,
-    ]
+struct Torques<S> {
+    point: Vector3<S>,
+    K: Matrix3<S>,
+    // of Ixx, Ixy, Iyy, Ixz, Iyz, Izz
+    turning: [Vector3<S>; 6],
+}
+
+impl<S: Scalar> Torques<S> {
+    #[inline(always)]
+    fn new(v: Motion<S>, a: Motion<S>) -> Self {
+        let (w, d) = (v.angular, a.angular);
+        let K = Matrix3::skew(w).crossed_by(w) - Matrix3::skew(d);
+        // (s × ω)_x = s_y ω_z − s_z ω_y and so on
+        let (xx, yy, zz) = (w.x * w.x, w.y * w.y, w.z * w.z);
+        let (xy, xz, yz) = (w.x * w.y, w.x * w.z, w.y * w.z);
+        let turning = [
+            Vector3::new(d.x, xz, -xy),
+            Vector3::new(d.y - xz, d.x + yz, xx - yy),
+            Vector3::new(-yz, d.y, xy),
+            Vector3::new(d.z + xy, zz - xx, d.x - yz),
+            Vector3::new(yy - zz, d.z - xy, d.y + xz),
+            Vector3::new(yz, -xz, d.z),
+        ];
+        Self { point: a.linear + w.cross(v.linear), K, turning }
+    }
+
+    #[inline(always)]
+    fn along(&self, s: Motion<S>) -> [S; PARAMETERS] {
+        let h = self.point.cross(s.angular) + self.K * s.linear;
+        let [xx, xy, yy, xz, yz, zz] = self.turning.map(|x| x.dot(s.angular));
+        [s.linear.dot(self.point), h.x, h.y, h.z, xx, xy, yy, xz, yz, zz]
+    }
 }

@@ -1,7 +1,8 @@
 //! Inverse dynamics: the recursive Newton–Euler algorithm.
 
-use sinew_model::{Force, Inertia, Joint, JointKind, Motion, Pose, Scalar, Vector3};
+use sinew_model::{Force, Inertia, Motion, Pose, Scalar, Segment, SegmentKind};
 
+use crate::scratch::{Body, Conditions};
 use crate::{Bodies, Scratch};
 
 /// Joint torques that produce the accelerations `qdd`, for any kind of number (recursive Newton–Euler).
@@ -25,30 +26,78 @@ pub fn inverse_dynamics_with<S: Scalar>(
     qdd: &[S],
     tau: &mut [S],
 ) {
-    b.check();
-    let nv = b.model.nv;
-    assert_eq!((q.len(), qd.len(), qdd.len(), tau.len()), (b.model.nq, nv, nv, nv), "q, qd, qdd, tau");
-    for (i, joint) in b.model.joints.iter().enumerate() {
-        let pose = joint.pose(q);
-        let (v_parent, a_parent) = match joint.parent {
-            None => (Motion::ZERO, Motion::new(Vector3::ZERO, -b.gravity)),
-            Some(p) => (ws.velocity[p.0], ws.acceleration[p.0]),
-        };
-        let (v, c) = velocity(joint, &pose, v_parent, qd);
-        // a = X a_parent + S q̈ + v × S q̇
-        let a = pose.motion_to_child(a_parent) + rate(joint, qdd) + c;
-        ws.force[i] = body_force(&b.inertia[i], v, a);
-        (ws.pose[i], ws.velocity[i], ws.acceleration[i]) = (pose, v, a);
+    let conditions = ws.take(b);
+    inverse_dynamics(ws, &conditions, q, qd, qdd, tau);
+}
+
+/// The same once the inertias are taken.
+#[inline(always)]
+pub(crate) fn inverse_dynamics<S: Scalar>(
+    ws: &mut Scratch<S>,
+    c: &Conditions<S>,
+    q: &[S],
+    qd: &[S],
+    qdd: &[S],
+    tau: &mut [S],
+) {
+    let nv = ws.mechanism.nv();
+    assert_eq!((qd.len(), qdd.len(), tau.len()), (nv, nv, nv), "qd, qdd, tau");
+    let Scratch { mechanism, at, inertia, body, .. } = ws;
+    mechanism.read(q, at);
+    body[0].acceleration = c.ground();
+    for (k, (segment, inertia)) in mechanism.segments().iter().zip(&*inertia).enumerate() {
+        let (before, own) = body.split_at_mut(k + 1);
+        let parent = &before[segment.parent];
+        let pose = mechanism.pose(k, q, at);
+        // v = X v_parent + S q̇,   a = X a_parent + S q̈ + v × S q̇
+        let (mut v, mut a) =
+            (pose.motion_to_child(parent.velocity), pose.motion_to_child(parent.acceleration));
+        accelerate(segment, qd, qdd, &mut v, &mut a);
+        own[0] = Body { pose, velocity: v, acceleration: a, force: body_force(inertia, v, a) };
     }
     for dof in 0..nv {
-        tau[dof] = b.armature(dof) * qdd[dof];
+        tau[dof] = c.armature(dof) * qdd[dof];
     }
-    for (i, joint) in b.model.joints.iter().enumerate().rev() {
-        let f = ws.force[i];
-        add_torque(joint, f, tau);
-        if let Some(p) = joint.parent {
+    for (k, segment) in mechanism.segments().iter().enumerate().rev() {
+        let (before, own) = body.split_at_mut(k + 1);
+        let Body { pose, force, .. } = &own[0];
+        add_torque(segment, *force, tau);
+        if segment.parent > 0 {
             // f_parent = f_parent + Xᵀ f
-            ws.force[p.0] += ws.pose[i].force_to_parent(f);
+            before[segment.parent].force += pose.force_to_parent(*force);
+        }
+    }
+}
+
+/// Adds what the joint does to the motion of its body, given in the body.
+///
+/// ```text
+/// v = v + S q̇,   a = a + S q̈ + v × S q̇
+/// ```
+#[inline(always)]
+fn accelerate<S: Scalar>(segment: &Segment, qd: &[S], qdd: &[S], v: &mut Motion<S>, a: &mut Motion<S>) {
+    let dof = segment.first_dof;
+    match segment.kind {
+        SegmentKind::Turning => {
+            let (w, w_rate) = (qd[dof] * segment.ratio, qdd[dof] * segment.ratio);
+            v.angular.z += w;
+            a.angular.x += v.angular.y * w;
+            a.angular.y -= v.angular.x * w;
+            a.angular.z += w_rate;
+            a.linear.x += v.linear.y * w;
+            a.linear.y -= v.linear.x * w;
+        }
+        SegmentKind::Sliding => {
+            let (w, w_rate) = (qd[dof] * segment.ratio, qdd[dof] * segment.ratio);
+            v.linear.z += w;
+            a.linear.x += v.angular.y * w;
+            a.linear.y -= v.angular.x * w;
+            a.linear.z += w_rate;
+        }
+        SegmentKind::Free => {
+            let w = segment.rate(qd);
+            *v += w;
+            *a += segment.rate(qdd) + v.cross_motion(w);
         }
     }
 }
@@ -60,40 +109,30 @@ pub fn inverse_dynamics_with<S: Scalar>(
 /// ```
 #[inline(always)]
 pub(crate) fn velocity<S: Scalar>(
-    joint: &Joint,
+    segment: &Segment,
     pose: &Pose<S>,
     v_parent: Motion<S>,
     qd: &[S],
 ) -> (Motion<S>, Motion<S>) {
     let mut v = pose.motion_to_child(v_parent);
-    match joint.kind {
-        JointKind::Revolute { axis } => {
-            let w = Vector3::on_axis(axis, joint_rate(joint, qd));
-            v.angular += w;
-            (v, Motion::new(v.angular.cross(w), v.linear.cross(w)))
+    let o = S::ZERO;
+    match segment.kind {
+        SegmentKind::Turning => {
+            let w = qd[segment.first_dof] * segment.ratio;
+            v.angular.z += w;
+            let angular = [v.angular.y * w, -(v.angular.x * w), o];
+            (v, Motion::new(angular.into(), [v.linear.y * w, -(v.linear.x * w), o].into()))
         }
-        JointKind::Prismatic { axis } => {
-            let w = Vector3::on_axis(axis, joint_rate(joint, qd));
-            v.linear += w;
-            (v, Motion::new(Vector3::ZERO, v.angular.cross(w)))
+        SegmentKind::Sliding => {
+            let w = qd[segment.first_dof] * segment.ratio;
+            v.linear.z += w;
+            (v, Motion::new([o; 3].into(), [v.angular.y * w, -(v.angular.x * w), o].into()))
         }
-        JointKind::Floating => {
-            let w = rate(joint, qd);
+        SegmentKind::Free => {
+            let w = segment.rate(qd);
             v += w;
             (v, v.cross_motion(w))
         }
-    }
-}
-
-/// S q̇: the motion of a joint's body against its parent, in the body.
-#[inline(always)]
-pub(crate) fn rate<S: Scalar>(joint: &Joint, qd: &[S]) -> Motion<S> {
-    match joint.kind {
-        JointKind::Floating => {
-            let w = &qd[joint.first_dof..joint.first_dof + 6];
-            Motion::new([w[0], w[1], w[2]].into(), [w[3], w[4], w[5]].into())
-        }
-        kind => kind.motion(0, joint_rate(joint, qd)),
     }
 }
 
@@ -103,30 +142,17 @@ pub(crate) fn body_force<S: Scalar>(inertia: &Inertia<S>, v: Motion<S>, a: Motio
     inertia.times(a) + v.cross_force(inertia.times(v))
 }
 
-/// τ = τ + Sᵀ f.
+/// τ = τ + Sᵀ f, f in the body.
 #[inline(always)]
-pub(crate) fn add_torque<S: Scalar>(joint: &Joint, f: Force<S>, tau: &mut [S]) {
-    let dof = joint.first_dof;
-    match joint.kind {
-        JointKind::Floating => {
+pub(crate) fn add_torque<S: Scalar>(segment: &Segment, f: Force<S>, tau: &mut [S]) {
+    let dof = segment.first_dof;
+    match segment.kind {
+        SegmentKind::Turning => tau[dof] += f.angular.z * segment.ratio,
+        SegmentKind::Sliding => tau[dof] += f.linear.z * segment.ratio,
+        SegmentKind::Free => {
             for (t, f) in tau[dof..dof + 6].iter_mut().zip(f.to_array()) {
                 *t += f;
             }
         }
-        kind => tau[dof] += scaled(joint, kind.along(0, f)),
     }
-}
-
-/// A torque or a rate of a joint with one axis as its degree of freedom sees it: times the mimic's ratio.
-#[inline(always)]
-pub(crate) fn scaled<S: Scalar>(joint: &Joint, x: S) -> S {
-    match joint.mimic {
-        None => x,
-        Some(mimic) => x * mimic.multiplier,
-    }
-}
-
-#[inline(always)]
-fn joint_rate<S: Scalar>(joint: &Joint, qd: &[S]) -> S {
-    scaled(joint, qd[joint.first_dof])
 }

@@ -1,34 +1,50 @@
 //! Scratch space of the algorithms.
 
-use sinew_model::{ArticulatedInertia, Force, Inertia, Model, Motion, Pose, Scalar};
+use sinew_model::{
+    ArticulatedInertia, Coordinates, Force, Inertia, Mechanism, Model, Motion, Pose, Scalar, Vector3,
+};
 
+use crate::Bodies;
 use crate::coriolis::Transport;
 use crate::inverse_dynamics_derivatives::Axis;
+use crate::support::Support;
 
 /// One workspace for all algorithms over numbers of one kind; nothing is allocated after `new`.
 ///
-/// Holds no result from one call to the next: any workspace of the same model will do.
+/// Belongs to the model it was made of. Holds no result from one call to the next.
 #[derive(Debug, Clone)]
 pub struct Scratch<S> {
-    // Of each body: parent_from_body, or world_from_body where an algorithm works in the world.
-    pub(crate) pose: Vec<Pose<S>>,
-    pub(crate) velocity: Vec<Motion<S>>,
-    pub(crate) acceleration: Vec<Motion<S>>,
-    pub(crate) force: Vec<Force<S>>,
+    pub(crate) mechanism: Mechanism,
+    pub(crate) support: Support,
+    pub(crate) at: Coordinates<S>,
+    // Of each segment, in its frame.
+    pub(crate) inertia: Vec<Inertia<S>>,
+    // Of the world and of each segment: row k + 1 for segment k.
+    pub(crate) body: Vec<Body<S>>,
+    pub(crate) world: Vec<Pose<S>>,
     pub(crate) composite: Vec<Inertia<S>>,
     pub(crate) articulated: Vec<ArticulatedInertia<S>>,
     pub(crate) transport: Vec<Transport<S>>,
-    // Of each axis of each joint, and where those of a joint begin.
+    // Of each axis of each segment.
     pub(crate) axis: Vec<Axis<S>>,
-    pub(crate) first_axis: Vec<usize>,
-    // Of each degree of freedom.
     pub(crate) pivot: Vec<Pivot<S>>,
+    // nv numbers each.
     pub(crate) torque: Vec<S>,
-    // For M q̈ = τ − h, only where joints mimic others: nv × nv and nv.
-    pub(crate) matrix: Vec<S>,
     pub(crate) solution: Vec<S>,
-    // For the response of a hybrid motion: M, its factor, one column.
-    pub(crate) response: (Vec<S>, Vec<S>, Vec<S>),
+    pub(crate) column: Vec<S>,
+    // nv × nv numbers each.
+    pub(crate) matrix: Vec<S>,
+    pub(crate) factor: Vec<S>,
+}
+
+/// A moving body in its own frame.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Body<S> {
+    /// parent_from_body.
+    pub(crate) pose: Pose<S>,
+    pub(crate) velocity: Motion<S>,
+    pub(crate) acceleration: Motion<S>,
+    pub(crate) force: Force<S>,
 }
 
 /// One axis taken out of an articulated inertia.
@@ -42,32 +58,107 @@ pub(crate) struct Pivot<S> {
     pub(crate) u: S,
 }
 
+/// What a robot moves under, beside its inertias.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Conditions<'a, S> {
+    /// Acceleration of gravity in the world.
+    pub(crate) gravity: Vector3<S>,
+    /// Rotor inertia by degree of freedom; empty for none.
+    pub(crate) armature: &'a [S],
+}
+
+impl<S: Scalar> Conditions<'_, S> {
+    #[inline(always)]
+    pub(crate) fn armature(&self, dof: usize) -> S {
+        if self.armature.is_empty() { S::ZERO } else { self.armature[dof] }
+    }
+
+    /// The world accelerates against gravity: a fall that nobody sees.
+    #[inline(always)]
+    pub(crate) fn ground(&self) -> Motion<S> {
+        Motion::new(Vector3::ZERO, -self.gravity)
+    }
+}
+
+impl<S: Scalar> Body<S> {
+    /// At rest at its parent.
+    pub(crate) fn resting() -> Self {
+        Self {
+            pose: Pose::identity(),
+            velocity: Motion::ZERO,
+            acceleration: Motion::ZERO,
+            force: Force::ZERO,
+        }
+    }
+}
+
 impl<S: Scalar> Scratch<S> {
     /// Room for robots of this model.
     pub fn new(model: &Model) -> Self {
-        let (n, nv) = (model.joints.len(), model.nv);
-        let mut axes = 0;
-        let first_axis = model.joints.iter().map(|joint| {
-            axes += joint.kind.nv();
-            axes - joint.kind.nv()
-        });
-        let first_axis: Vec<usize> = first_axis.collect();
-        let size = if model.has_mimic() { nv } else { 0 };
+        let mechanism = Mechanism::new(model);
+        let (rows, nv, axes) = (model.joints.len() + 1, model.nv, mechanism.axes());
+        let of_segment = |(segment, joint): (&sinew_model::Segment, &sinew_model::Joint)| -> Inertia<S> {
+            segment.inertia_from_link(&Inertia::constant(&joint.inertia))
+        };
         Self {
-            pose: vec![Pose::identity(); n],
-            velocity: vec![Motion::ZERO; n],
-            acceleration: vec![Motion::ZERO; n],
-            force: vec![Force::ZERO; n],
-            composite: vec![Inertia::default(); n],
-            articulated: vec![ArticulatedInertia::default(); n],
-            transport: vec![Transport::ZERO; n],
+            support: Support::new(&mechanism),
+            at: Coordinates::new(&mechanism),
+            inertia: mechanism.segments().iter().zip(&model.joints).map(of_segment).collect(),
+            body: vec![Body::resting(); rows],
+            world: vec![Pose::identity(); rows],
+            composite: vec![Inertia::default(); rows],
+            articulated: vec![ArticulatedInertia::default(); rows],
+            transport: vec![Transport::ZERO; rows],
             axis: vec![Axis::ZERO; axes],
-            first_axis,
-            pivot: vec![Pivot { U: Force::ZERO, d_inverse: S::ZERO, u: S::ZERO }; nv],
+            pivot: vec![Pivot { U: Force::ZERO, d_inverse: S::ZERO, u: S::ZERO }; axes],
             torque: vec![S::ZERO; nv],
-            matrix: vec![S::ZERO; size * size],
-            solution: vec![S::ZERO; size],
-            response: (vec![S::ZERO; nv * nv], vec![S::ZERO; nv * nv], vec![S::ZERO; nv]),
+            solution: vec![S::ZERO; nv],
+            column: vec![S::ZERO; nv],
+            matrix: vec![S::ZERO; nv * nv],
+            factor: vec![S::ZERO; nv * nv],
+            mechanism,
+        }
+    }
+
+    /// Takes the inertias of the bodies.
+    ///
+    /// # Panics
+    /// If the bodies are of another model or their slices have the wrong length.
+    #[inline(always)]
+    pub(crate) fn take<'a>(&mut self, b: &Bodies<'a, S>) -> Conditions<'a, S> {
+        self.mechanism.check(b.model);
+        assert_eq!(b.inertia.len(), b.model.joints.len(), "inertia");
+        assert!(b.armature.is_empty() || b.armature.len() == b.model.nv, "armature");
+        for ((own, segment), given) in self.inertia.iter_mut().zip(self.mechanism.segments()).zip(b.inertia) {
+            *own = segment.inertia_from_link(given);
+        }
+        Conditions { gravity: b.gravity, armature: b.armature }
+    }
+
+    /// True if the inertias are those of the model.
+    pub(crate) fn has_inertias_of(&self, model: &Model) -> bool {
+        let pairs = self.mechanism.segments().iter().zip(&model.joints);
+        let of_model =
+            pairs.map(|(segment, joint)| segment.inertia_from_link(&Inertia::<S>::constant(&joint.inertia)));
+        self.inertia.iter().copied().eq(of_model)
+    }
+
+    /// Poses of all segments in the world. A free segment that stands on the world counts as at the world's origin:
+    /// its place changes neither torques nor inertias, and far away it would cost digits.
+    #[inline(always)]
+    pub(crate) fn poses_about_roots(&mut self, q: &[S]) {
+        let Self { mechanism, at, world, .. } = self;
+        mechanism.read(q, at);
+        for (k, segment) in mechanism.segments().iter().enumerate() {
+            let mut pose = mechanism.pose(k, q, at);
+            if segment.parent == 0 {
+                if segment.nv() == 6 {
+                    pose.translation = Vector3::ZERO;
+                }
+                world[k + 1] = pose;
+            } else {
+                world[k + 1] = world[segment.parent] * pose;
+            }
         }
     }
 }

@@ -1,7 +1,6 @@
 //! The joint torques of a wrench at a link.
 
-use sinew_kinematics::body_poses_with;
-use sinew_model::{Force, LinkId, Pose, Scalar};
+use sinew_model::{Force, LinkId, Scalar, Vector3};
 
 use crate::rnea::add_torque;
 use crate::{Bodies, Scratch};
@@ -27,18 +26,20 @@ pub fn tool_wrench_with<S: Scalar>(
     tau: &mut [S],
 ) {
     assert_eq!(tau.len(), b.model.nv, "tau");
-    body_poses_with(b.model, q, &mut ws.pose);
+    ws.mechanism.check(b.model);
+    ws.poses_about_roots(q);
+    let Scratch { mechanism, world, .. } = ws;
     let link = &b.model.links[link.0];
-    let mut body = link.body;
-    let Some(carrier) = body else { return };
-    let world_from_link = ws.pose[carrier.0] * Pose::constant(&link.body_from_link);
-    // w at the world's origin: n = n + p × f
-    let moment = wrench.angular + world_from_link.translation.cross(wrench.linear);
-    let in_world = Force::new(moment, wrench.linear);
-    while let Some(id) = body {
-        let joint = &b.model.joints[id.0];
+    let Some(carrier) = link.body else { return };
+    let mut row = carrier.0 + 1;
+    // w about the origin of the world's axes: n = n + p × f
+    let in_segment = mechanism.segments()[carrier.0].vector_from_link(link.body_from_link.translation);
+    let place = world[row].transform_point(Vector3::constant(in_segment));
+    let in_world = Force::new(wrench.angular + place.cross(wrench.linear), wrench.linear);
+    while row > 0 {
         // τ_i = τ_i + S_iᵀ X w
-        add_torque(joint, ws.pose[id.0].force_to_child(in_world), tau);
-        body = joint.parent;
+        let segment = &mechanism.segments()[row - 1];
+        add_torque(segment, world[row].force_to_child(in_world), tau);
+        row = segment.parent;
     }
 }

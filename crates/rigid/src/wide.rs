@@ -1,0 +1,50 @@
+//! Functions compiled for wider registers than every machine has, chosen at run time.
+//!
+//! All forms of a function do the same operations in the same order on each number, so their results are the same to
+//! the last bit: multiplications and additions are never fused.
+
+/// True if the machine has registers for eight numbers.
+pub(crate) fn eight() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    return std::arch::is_x86_feature_detected!("avx512f") && std::arch::is_x86_feature_detected!("avx512dq");
+    #[cfg(not(target_arch = "x86_64"))]
+    false
+}
+
+/// True if the machine has registers for four numbers.
+#[inline(always)]
+pub(crate) fn four() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    return std::arch::is_x86_feature_detected!("avx2");
+    #[cfg(not(target_arch = "x86_64"))]
+    false
+}
+
+/// Defines a function whose body, which must be inlined into it, is compiled for every machine and for those with the
+/// instructions named, and which runs the better form.
+macro_rules! forms {
+    (avx2, $($rest:tt)*) => { $crate::wide::forms! { @ $crate::wide::four(), "avx2", $($rest)* } };
+    (avx512, $($rest:tt)*) => { $crate::wide::forms! { @ $crate::wide::eight(), "avx512f,avx512dq", $($rest)* } };
+    (@ $has:expr, $features:literal, $(#[$attribute:meta])* $visibility:vis fn $name:ident
+        ($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)? $body:block) => {
+        $(#[$attribute])*
+        $visibility fn $name($($argument: $type),*) $(-> $result)? {
+            #[inline(always)]
+            fn plain($($argument: $type),*) $(-> $result)? $body
+
+            #[cfg(target_arch = "x86_64")]
+            #[target_feature(enable = $features)]
+            fn wide($($argument: $type),*) $(-> $result)? {
+                plain($($argument),*)
+            }
+
+            #[cfg(target_arch = "x86_64")]
+            if $has {
+                // SAFETY: the machine has the instructions that the function is compiled for.
+                return unsafe { wide($($argument),*) };
+            }
+            plain($($argument),*)
+        }
+    };
+}
+pub(crate) use forms;
