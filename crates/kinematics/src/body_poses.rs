@@ -1,6 +1,6 @@
 //! Forward kinematics: where every body and every link is.
 
-use sinew_model::{LinkId, Model, Pose, Scalar};
+use sinew_model::{LinkId, Model, Pose, Scalar, wide_forms};
 
 use crate::{Scratch, Workspace};
 
@@ -97,12 +97,15 @@ pub fn link_poses(model: &Model, q: &[f64]) -> Vec<Pose<f64>> {
     poses
 }
 
-/// [`link_poses`] without allocation, into one pose a link.
-///
-/// # Panics
-/// If a slice has the wrong length.
-pub fn link_poses_into(model: &Model, ws: &mut Workspace, q: &[f64], world_from_link: &mut [Pose<f64>]) {
-    link_poses_with(model, ws, q, world_from_link);
+wide_forms! {
+    avx2,
+    /// [`link_poses`] without allocation, into one pose a link.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn link_poses_into(model: &Model, ws: &mut Workspace, q: &[f64], world_from_link: &mut [Pose<f64>]) {
+        link_poses_with(model, ws, q, world_from_link);
+    }
 }
 
 /// [`link_poses_into`] for any kind of number.

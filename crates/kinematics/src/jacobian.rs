@@ -1,7 +1,7 @@
 //! The geometric Jacobian of a link.
 
 use nalgebra::Matrix6xX;
-use sinew_model::{LinkId, Model, Motion, Scalar};
+use sinew_model::{LinkId, Model, Motion, Scalar, wide_forms};
 
 use crate::{Axes, Scratch, Workspace};
 
@@ -31,12 +31,15 @@ pub fn jacobian(model: &Model, q: &[f64], link: LinkId, axes: Axes) -> Matrix6xX
     J
 }
 
-/// [`jacobian`] without allocation, into the 6 × nv numbers of `J` by columns.
-///
-/// # Panics
-/// If a slice has the wrong length or there is no such link.
-pub fn jacobian_into(model: &Model, ws: &mut Workspace, q: &[f64], link: LinkId, axes: Axes, J: &mut [f64]) {
-    jacobian_with(model, ws, q, link, axes, J);
+wide_forms! {
+    avx2,
+    /// [`jacobian`] without allocation, into the 6 × nv numbers of `J` by columns.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length or there is no such link.
+    pub fn jacobian_into(model: &Model, ws: &mut Workspace, q: &[f64], link: LinkId, axes: Axes, J: &mut [f64]) {
+        jacobian_with(model, ws, q, link, axes, J);
+    }
 }
 
 /// [`jacobian_into`] for any kind of number.
@@ -93,12 +96,15 @@ pub fn joint_axes(model: &Model, q: &[f64]) -> Matrix6xX<f64> {
     axes
 }
 
-/// [`joint_axes`] without allocation, into the 6 × axes numbers of `axes` by columns.
-///
-/// # Panics
-/// If a slice has the wrong length.
-pub fn joint_axes_into(model: &Model, ws: &mut Workspace, q: &[f64], axes: &mut [f64]) {
-    joint_axes_with(model, ws, q, axes);
+wide_forms! {
+    avx2,
+    /// [`joint_axes`] without allocation, into the 6 × axes numbers of `axes` by columns.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn joint_axes_into(model: &Model, ws: &mut Workspace, q: &[f64], axes: &mut [f64]) {
+        joint_axes_with(model, ws, q, axes);
+    }
 }
 
 /// [`joint_axes_into`] for any kind of number.

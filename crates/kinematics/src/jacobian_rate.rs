@@ -1,7 +1,7 @@
 //! The rate of change of a link's Jacobian.
 
 use nalgebra::Matrix6xX;
-use sinew_model::{LinkId, Model, Scalar};
+use sinew_model::{LinkId, Model, Scalar, wide_forms};
 
 use crate::jacobian::add_column;
 use crate::{Axes, Scratch, Workspace};
@@ -31,20 +31,23 @@ pub fn jacobian_rate(model: &Model, q: &[f64], qd: &[f64], link: LinkId, axes: A
     rate
 }
 
-/// [`jacobian_rate`] without allocation, into the 6 × nv numbers of `rate` by columns.
-///
-/// # Panics
-/// If a slice has the wrong length or there is no such link.
-pub fn jacobian_rate_into(
-    model: &Model,
-    ws: &mut Workspace,
-    q: &[f64],
-    qd: &[f64],
-    link: LinkId,
-    axes: Axes,
-    rate: &mut [f64],
-) {
-    jacobian_rate_with(model, ws, q, qd, link, axes, rate);
+wide_forms! {
+    avx2,
+    /// [`jacobian_rate`] without allocation, into the 6 × nv numbers of `rate` by columns.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length or there is no such link.
+    pub fn jacobian_rate_into(
+        model: &Model,
+        ws: &mut Workspace,
+        q: &[f64],
+        qd: &[f64],
+        link: LinkId,
+        axes: Axes,
+        rate: &mut [f64],
+    ) {
+        jacobian_rate_with(model, ws, q, qd, link, axes, rate);
+    }
 }
 
 /// [`jacobian_rate_into`] for any kind of number.

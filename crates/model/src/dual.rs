@@ -3,6 +3,7 @@
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use crate::Scalar;
+use crate::scalar::group_of_one;
 use crate::scalar::sealed::Sealed;
 
 /// A value and its derivatives along `N` directions, carried through every operation by the chain rule.
@@ -52,6 +53,8 @@ impl<const N: usize> Default for Dual<N> {
 impl<const N: usize> Sealed for Dual<N> {}
 
 impl<const N: usize> Scalar for Dual<N> {
+    group_of_one!();
+
     const ZERO: Self = Self { value: 0.0, derivative: [0.0; N] };
     const ONE: Self = Self { value: 1.0, derivative: [0.0; N] };
     type Mask = bool;

@@ -2,6 +2,7 @@
 
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
+use crate::scalar::group_of_one;
 use crate::scalar::sealed::Sealed;
 use crate::{Scalar, elementary};
 
@@ -55,6 +56,8 @@ impl<const N: usize> Default for Lanes<N> {
 impl<const N: usize> Sealed for Lanes<N> {}
 
 impl<const N: usize> Scalar for Lanes<N> {
+    group_of_one!();
+
     const ZERO: Self = Self([0.0; N]);
     const ONE: Self = Self([1.0; N]);
     type Mask = [bool; N];

@@ -26,6 +26,8 @@ mod spatial;
 mod spelling;
 mod tree;
 mod vector3;
+#[doc(hidden)]
+pub mod wide;
 
 pub use articulated::ArticulatedInertia;
 pub use builder::{JointShape, JointSpec, ModelBuilder};

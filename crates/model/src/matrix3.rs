@@ -20,7 +20,8 @@ impl<S: Scalar> Matrix3<S> {
     /// The same matrix in a richer kind of number.
     #[inline(always)]
     pub fn constant(m: &Matrix3<f64>) -> Self {
-        Self { rows: m.rows.map(Vector3::constant) }
+        let [a, b, c] = m.rows;
+        Self { rows: [Vector3::constant(a), Vector3::constant(b), Vector3::constant(c)] }
     }
     /// `[v]×`, so that `[v]× w = v × w`.
     #[inline(always)]
@@ -89,7 +90,8 @@ impl<S: Scalar> Mul for Matrix3<S> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, o: Self) -> Self {
-        Self { rows: self.rows.map(|r| o.rows[0] * r.x + o.rows[1] * r.y + o.rows[2] * r.z) }
+        let [a, b, c] = self.rows;
+        Self { rows: [o.transpose_mul(a), o.transpose_mul(b), o.transpose_mul(c)] }
     }
 }
 impl<S: Scalar> Add for Matrix3<S> {

@@ -150,10 +150,16 @@ impl Mechanism {
         S::sines_and_cosines(&at.x, &mut at.sine, &mut at.cosine);
     }
 
-    /// The pose of segment `k` in its parent, once its coordinates are read from `q`.
+    /// Each segment with its pose in its parent, once the coordinates are read from `q`.
     #[inline(always)]
-    pub fn pose<S: Scalar>(&self, k: usize, q: &[S], at: &Coordinates<S>) -> Pose<S> {
-        self.segments[k].pose(q, at.x[k], at.sine[k], at.cosine[k])
+    pub fn poses<'a, S: Scalar>(
+        &'a self,
+        q: &'a [S],
+        at: &'a Coordinates<S>,
+    ) -> impl Iterator<Item = (&'a Segment, Pose<S>)> {
+        let turns = at.x.iter().zip(&at.sine).zip(&at.cosine);
+        let each = self.segments.iter().zip(turns);
+        each.map(|(segment, ((x, sine), cosine))| (segment, segment.pose(q, *x, *sine, *cosine)))
     }
 
     /// Poses of all segments in the world, row k + 1 for segment k; row 0, the world itself, must be the identity.
@@ -165,9 +171,15 @@ impl Mechanism {
         self.read(q, at);
         let rows = self.segments.len() + 1;
         assert_eq!(world.len(), rows, "world");
-        for (k, segment) in self.segments.iter().enumerate() {
-            let pose = segment.pose(q, at.x[k], at.sine[k], at.cosine[k]);
-            world[k + 1] = if segment.parent == 0 { pose } else { world[segment.parent] * pose };
+        let mut last = Pose::identity();
+        for (k, (segment, pose)) in self.poses(q, at).enumerate() {
+            // along a chain the parent is the body before, and stays in registers
+            last = match segment.parent {
+                0 => pose,
+                parent if S::FITS_REGISTERS && parent == k => last * pose,
+                parent => world[parent] * pose,
+            };
+            world[k + 1] = last;
         }
     }
 }
@@ -217,10 +229,9 @@ impl Segment {
         match self.kind {
             SegmentKind::Turning => {
                 // R = P R_z(x): two columns turned
-                let row = |r: Vector3<f64>| {
-                    Vector3::new(cosine * r.x + sine * r.y, cosine * r.y - sine * r.x, S::constant(r.z))
-                };
-                Pose::new(Matrix3 { rows: rotation.rows.map(row) }, Vector3::constant(*translation))
+                let [a, b, c] = rotation.rows;
+                let rows = [turned(a, sine, cosine), turned(b, sine, cosine), turned(c, sine, cosine)];
+                Pose::new(Matrix3 { rows }, Vector3::constant(*translation))
             }
             SegmentKind::Sliding => {
                 let [a, b, c] = rotation.rows;
@@ -313,6 +324,12 @@ impl Segment {
     pub fn segment_from_link(&self) -> Pose<f64> {
         Pose::new(self.axes.matrix().transpose(), Vector3::ZERO)
     }
+}
+
+// A row of P R_z(x).
+#[inline(always)]
+fn turned<S: Scalar>(r: Vector3<f64>, sine: S, cosine: S) -> Vector3<S> {
+    Vector3::new(cosine * r.x + sine * r.y, cosine * r.y - sine * r.x, S::constant(r.z))
 }
 
 impl FrameAxes {

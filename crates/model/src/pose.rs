@@ -31,6 +31,13 @@ impl<S: Scalar> Pose<S> {
     pub fn constant(p: &Pose<f64>) -> Self {
         Self::new(Matrix3::constant(&p.rotation), Vector3::constant(p.translation))
     }
+    /// The same pose for each number of a group.
+    #[inline(always)]
+    pub fn repeated(&self) -> Pose<S::Group> {
+        let row = |v: Vector3<S>| Vector3::new(v.x.repeated(), v.y.repeated(), v.z.repeated());
+        let [a, b, c] = self.rotation.rows;
+        Pose::new(Matrix3 { rows: [row(a), row(b), row(c)] }, row(self.translation))
+    }
     /// `child_from_parent`.
     pub fn inverse(&self) -> Self {
         let r = self.rotation.transpose();

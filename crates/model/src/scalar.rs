@@ -3,6 +3,8 @@
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
+use crate::Lanes;
+
 pub(crate) mod sealed {
     /// Keeps [`super::Scalar`] closed: its kinds are part of the design, not an extension point.
     pub trait Sealed {}
@@ -50,6 +52,20 @@ pub trait Scalar:
     const ONE: Self;
     /// The result of a comparison, one truth value for each lane.
     type Mask: Copy;
+
+    /// Numbers that go side by side within one configuration: what the inner loops over columns take at a time.
+    type Group: Scalar;
+    /// How many numbers a group holds.
+    const GROUP: usize;
+    /// True if the motion of a body fits into registers from one step of a recursion to the next.
+    const FITS_REGISTERS: bool;
+
+    /// The group of up to [`Scalar::GROUP`] numbers; the rest is zero.
+    fn group(numbers: &[Self]) -> Self::Group;
+    /// A group of equal numbers.
+    fn repeated(self) -> Self::Group;
+    /// Writes the first numbers of a group.
+    fn ungroup(group: Self::Group, numbers: &mut [Self]);
 
     /// The number `x`, the same in every lane and without derivatives.
     fn constant(x: f64) -> Self;
@@ -110,7 +126,54 @@ pub trait Scalar:
     }
 }
 
+/// A kind of number whose groups are single numbers.
+macro_rules! group_of_one {
+    () => {
+        type Group = Self;
+        const GROUP: usize = 1;
+        const FITS_REGISTERS: bool = false;
+
+        #[inline(always)]
+        fn group(numbers: &[Self]) -> Self {
+            numbers[0]
+        }
+        #[inline(always)]
+        fn repeated(self) -> Self {
+            self
+        }
+        #[inline(always)]
+        fn ungroup(group: Self, numbers: &mut [Self]) {
+            numbers[0] = group;
+        }
+    };
+}
+pub(crate) use group_of_one;
+
 impl Scalar for f64 {
+    type Group = Lanes<4>;
+    const GROUP: usize = 4;
+    const FITS_REGISTERS: bool = true;
+
+    #[inline(always)]
+    fn group(numbers: &[f64]) -> Lanes<4> {
+        match *numbers {
+            [a, b, c, d, ..] => Lanes([a, b, c, d]),
+            [a, b, c] => Lanes([a, b, c, 0.0]),
+            [a, b] => Lanes([a, b, 0.0, 0.0]),
+            [a] => Lanes([a, 0.0, 0.0, 0.0]),
+            [] => Lanes::ZERO,
+        }
+    }
+    #[inline(always)]
+    fn repeated(self) -> Lanes<4> {
+        Lanes([self; 4])
+    }
+    #[inline(always)]
+    fn ungroup(group: Lanes<4>, numbers: &mut [f64]) {
+        let length = numbers.len().min(4);
+        numbers[..length].copy_from_slice(&group.0[..length]);
+    }
+
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
     type Mask = bool;

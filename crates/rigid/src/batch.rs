@@ -1,11 +1,11 @@
 //! Many configurations at once, in vector registers.
 
 use nalgebra::DMatrix;
-use sinew_model::{Lanes, Model, Vector3};
+use sinew_model::{Lanes, Model, Vector3, wide, wide_forms};
 
 use crate::mass_matrix::composite_bodies;
 use crate::scratch::Conditions;
-use crate::{Scratch, hybrid_dynamics, rnea, wide};
+use crate::{Scratch, hybrid_dynamics, rnea};
 
 /// Scratch space of the batch forms; nothing is allocated after `new`.
 ///
@@ -177,12 +177,12 @@ fn run(ws: &mut BatchWorkspace, job: Job) {
     }
 }
 
-wide::forms! {
+wide_forms! {
     avx512, fn sweep_eight(lane: &mut Lane<8>, job: Job, count: usize) {
         sweep(lane, job, count)
     }
 }
-wide::forms! {
+wide_forms! {
     avx2, fn sweep_four(lane: &mut Lane<4>, job: Job, count: usize) {
         sweep(lane, job, count)
     }

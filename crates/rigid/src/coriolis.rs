@@ -1,7 +1,7 @@
 //! The Coriolis matrix.
 
 use nalgebra::DMatrix;
-use sinew_model::{Force, Inertia, Matrix3, Model, Motion, Scalar, Vector3};
+use sinew_model::{Force, Inertia, Matrix3, Model, Motion, Scalar, Vector3, wide_forms};
 
 use crate::inverse_dynamics_derivatives::Axis;
 use crate::{Bodies, Scratch, Workspace};
@@ -31,13 +31,16 @@ pub fn coriolis_matrix(model: &Model, q: &[f64], qd: &[f64]) -> DMatrix<f64> {
     C
 }
 
-/// [`coriolis_matrix`] without allocation, into the nv × nv numbers of `C` by columns.
-///
-/// # Panics
-/// If a slice has the wrong length.
-pub fn coriolis_matrix_into(model: &Model, ws: &mut Workspace, q: &[f64], qd: &[f64], C: &mut [f64]) {
-    let (_, scratch, _) = ws.open(model);
-    coriolis(scratch, q, qd, C);
+wide_forms! {
+    avx2,
+    /// [`coriolis_matrix`] without allocation, into the nv × nv numbers of `C` by columns.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn coriolis_matrix_into(model: &Model, ws: &mut Workspace, q: &[f64], qd: &[f64], C: &mut [f64]) {
+        let (_, scratch, _) = ws.open(model);
+        coriolis(scratch, q, qd, C);
+    }
 }
 
 /// [`coriolis_matrix_into`] for any kind of number.

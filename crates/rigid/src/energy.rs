@@ -1,6 +1,6 @@
 //! Kinetic and potential energy.
 
-use sinew_model::{Model, Scalar};
+use sinew_model::{Model, Scalar, wide_forms};
 
 use crate::rnea::velocity;
 use crate::scratch::Conditions;
@@ -27,13 +27,16 @@ pub fn kinetic_energy(model: &Model, q: &[f64], qd: &[f64]) -> f64 {
     kinetic_energy_into(model, &mut Workspace::new(model), q, qd)
 }
 
-/// [`kinetic_energy`] without allocation.
-///
-/// # Panics
-/// If a slice has the wrong length.
-pub fn kinetic_energy_into(model: &Model, ws: &mut Workspace, q: &[f64], qd: &[f64]) -> f64 {
-    let (conditions, scratch, _) = ws.open(model);
-    kinetic(scratch, &conditions, q, qd)
+wide_forms! {
+    avx2,
+    /// [`kinetic_energy`] without allocation.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn kinetic_energy_into(model: &Model, ws: &mut Workspace, q: &[f64], qd: &[f64]) -> f64 {
+        let (conditions, scratch, _) = ws.open(model);
+        kinetic(scratch, &conditions, q, qd)
+    }
 }
 
 /// Potential energy of all moving bodies in gravity, 0 at the world's origin.
@@ -58,13 +61,16 @@ pub fn potential_energy(model: &Model, q: &[f64]) -> f64 {
     potential_energy_into(model, &mut Workspace::new(model), q)
 }
 
-/// [`potential_energy`] without allocation.
-///
-/// # Panics
-/// If a slice has the wrong length.
-pub fn potential_energy_into(model: &Model, ws: &mut Workspace, q: &[f64]) -> f64 {
-    let (conditions, scratch, _) = ws.open(model);
-    potential(scratch, &conditions, q)
+wide_forms! {
+    avx2,
+    /// [`potential_energy`] without allocation.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn potential_energy_into(model: &Model, ws: &mut Workspace, q: &[f64]) -> f64 {
+        let (conditions, scratch, _) = ws.open(model);
+        potential(scratch, &conditions, q)
+    }
 }
 
 /// Kinetic energy of all moving bodies and of the armature, for any kind of number.
@@ -90,9 +96,9 @@ fn kinetic<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>, q: &[S], qd: &[S])
     let Scratch { mechanism, at, inertia, body, .. } = ws;
     mechanism.read(q, at);
     let mut twice = S::ZERO;
-    for (k, (segment, inertia)) in mechanism.segments().iter().zip(&*inertia).enumerate() {
+    for (k, ((segment, pose), inertia)) in mechanism.poses(q, at).zip(&*inertia).enumerate() {
         let v_parent = body[segment.parent].velocity;
-        let (v, _) = velocity(segment, &mechanism.pose(k, q, at), v_parent, qd);
+        let (v, _) = velocity(segment, &pose, v_parent, qd);
         twice += inertia.times(v).dot(v);
         body[k + 1].velocity = v;
     }

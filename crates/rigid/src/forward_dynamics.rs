@@ -1,7 +1,7 @@
 //! Forward dynamics as a plain function.
 
 use nalgebra::DVector;
-use sinew_model::Model;
+use sinew_model::{Model, wide_forms};
 
 use crate::{Workspace, hybrid_dynamics};
 
@@ -31,18 +31,21 @@ pub fn forward_dynamics(model: &Model, q: &[f64], qd: &[f64], tau: &[f64]) -> DV
     qdd
 }
 
-/// [`forward_dynamics`] without allocation, into the nv numbers of `qdd`.
-///
-/// # Panics
-/// If a slice has the wrong length.
-pub fn forward_dynamics_into(
-    model: &Model,
-    ws: &mut Workspace,
-    q: &[f64],
-    qd: &[f64],
-    tau: &[f64],
-    qdd: &mut [f64],
-) {
-    let (conditions, scratch, _) = ws.open(model);
-    hybrid_dynamics::forward_dynamics(scratch, &conditions, q, qd, tau, qdd);
+wide_forms! {
+    avx2,
+    /// [`forward_dynamics`] without allocation, into the nv numbers of `qdd`.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn forward_dynamics_into(
+        model: &Model,
+        ws: &mut Workspace,
+        q: &[f64],
+        qd: &[f64],
+        tau: &[f64],
+        qdd: &mut [f64],
+    ) {
+        let (conditions, scratch, _) = ws.open(model);
+        hybrid_dynamics::forward_dynamics(scratch, &conditions, q, qd, tau, qdd);
+    }
 }

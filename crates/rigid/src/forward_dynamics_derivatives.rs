@@ -1,11 +1,11 @@
 //! Analytic derivatives of forward dynamics.
 
 use nalgebra::DMatrix;
-use sinew_model::{Model, Scalar};
+use sinew_model::{Model, Scalar, wide_forms};
 
 use crate::hybrid_dynamics::forward_dynamics;
 use crate::scratch::Conditions;
-use crate::{Bodies, Scratch, Workspace, inverse_dynamics_derivatives, ltdl};
+use crate::{Bodies, Scratch, Workspace, inverse_dynamics_derivatives};
 
 /// How the accelerations of a robot change with its state and torques; each matrix nv × nv, row: acceleration,
 /// column: what changes.
@@ -62,22 +62,25 @@ pub fn forward_dynamics_derivatives(
     ForwardDynamicsDerivatives { by_position: by_q, by_velocity: by_qd, by_torque: by_tau }
 }
 
-/// [`forward_dynamics_derivatives`] without allocation, into three times nv × nv numbers by columns.
-///
-/// # Panics
-/// If a slice has the wrong length.
-pub fn forward_dynamics_derivatives_into(
-    model: &Model,
-    ws: &mut Workspace,
-    q: &[f64],
-    qd: &[f64],
-    tau: &[f64],
-    by_position: &mut [f64],
-    by_velocity: &mut [f64],
-    by_torque: &mut [f64],
-) {
-    let (conditions, scratch, _) = ws.open(model);
-    differentiate(scratch, &conditions, q, qd, tau, by_position, by_velocity, by_torque);
+wide_forms! {
+    avx2,
+    /// [`forward_dynamics_derivatives`] without allocation, into three times nv × nv numbers by columns.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn forward_dynamics_derivatives_into(
+        model: &Model,
+        ws: &mut Workspace,
+        q: &[f64],
+        qd: &[f64],
+        tau: &[f64],
+        by_position: &mut [f64],
+        by_velocity: &mut [f64],
+        by_torque: &mut [f64],
+    ) {
+        let (conditions, scratch, _) = ws.open(model);
+        differentiate(scratch, &conditions, q, qd, tau, by_position, by_velocity, by_torque);
+    }
 }
 
 /// [`forward_dynamics_derivatives_into`] for any kind of number, with the armature.
@@ -111,24 +114,17 @@ fn differentiate<S: Scalar>(
     by_velocity: &mut [S],
     by_torque: &mut [S],
 ) {
-    let nv = ws.mechanism.nv();
-    let (mut of_torque, mut qdd) = (core::mem::take(&mut ws.factor), core::mem::take(&mut ws.column));
+    let mut qdd = core::mem::take(&mut ws.solution);
     forward_dynamics(ws, c, q, qd, tau, &mut qdd);
+    // by_torque is M for a while
     inverse_dynamics_derivatives::differentiate(ws, c, q, qd, &qdd, by_position, by_velocity, by_torque);
-    let Scratch { support, solution, .. } = ws;
-    ltdl::factor(by_torque, nv, support);
-    ltdl::invert(by_torque, nv, support, solution);
+    ws.solution = qdd;
+    let Scratch { support, grouped, column, .. } = ws;
+    grouped.load(by_torque);
+    grouped.factor(support);
+    grouped.invert(support, column);
+    grouped.store(by_torque);
     // ∂q̈/∂x = −M⁻¹ ∂τ/∂x
-    for matrix in [by_position, by_velocity] {
-        of_torque.copy_from_slice(matrix);
-        for (k, column) in matrix.chunks_exact_mut(nv.max(1)).enumerate() {
-            column.fill(S::ZERO);
-            for &(start, end) in support.related(k) {
-                for i in start..end {
-                    ltdl::subtract(column, &by_torque[nv * i..nv * (i + 1)], of_torque[i + nv * k]);
-                }
-            }
-        }
-    }
-    (ws.factor, ws.column) = (of_torque, qdd);
+    grouped.minus_times(support, by_position, column);
+    grouped.minus_times(support, by_velocity, column);
 }

@@ -5,7 +5,7 @@ use sinew_model::{ArticulatedInertia, Force, Motion, Scalar, Segment, SegmentKin
 use crate::mass_matrix::{along, composite_bodies};
 use crate::rnea::{inverse_dynamics, velocity};
 use crate::scratch::{Body, Conditions, Pivot};
-use crate::{Bodies, Scratch, ltdl};
+use crate::{Bodies, Scratch};
 
 /// Accelerations that the torques `tau` produce, for any kind of number (articulated bodies).
 ///
@@ -105,23 +105,26 @@ pub fn hybrid_response_with<S: Scalar>(
     let nv = b.model.nv;
     assert_eq!((imposed.len(), response.len()), (nv, nv * nv), "imposed, response");
     let conditions = ws.take(b);
-    let (mut M, mut inverse) = (core::mem::take(&mut ws.matrix), core::mem::take(&mut ws.factor));
+    let mut M = core::mem::take(&mut ws.matrix);
     composite_bodies(ws, &conditions, q, &mut M);
-    inverse.copy_from_slice(&M);
-    identity_where(|dof| imposed[dof], &mut inverse, nv);
-    ltdl::factor(&mut inverse, nv, &ws.support);
-    ltdl::invert(&mut inverse, nv, &ws.support, &mut ws.column);
-    response.fill(S::ZERO);
-    for j in (0..nv).filter(|&j| !imposed[j]) {
-        for i in 0..nv {
-            let through = || {
-                let free = (0..nv).filter(|&k| !imposed[k]);
-                free.fold(S::ZERO, |sum, k| sum + M[i + nv * k] * inverse[k + nv * j])
-            };
-            response[i + nv * j] = if imposed[i] { through() } else { inverse[i + nv * j] };
+    response.copy_from_slice(&M);
+    identity_where(|dof| imposed[dof], response, nv);
+    let Scratch { support, grouped, column, .. } = &mut *ws;
+    grouped.load(response);
+    grouped.factor(support);
+    grouped.invert(support, column);
+    grouped.store(response);
+    for j in 0..nv {
+        if imposed[j] {
+            response[nv * j..nv * (j + 1)].fill(S::ZERO);
+            continue;
+        }
+        for i in (0..nv).filter(|&i| imposed[i]) {
+            let free = (0..nv).filter(|&k| !imposed[k]);
+            response[i + nv * j] = free.fold(S::ZERO, |sum, k| sum + M[i + nv * k] * response[k + nv * j]);
         }
     }
-    (ws.matrix, ws.factor) = (M, inverse);
+    ws.matrix = M;
 }
 
 // Rows and columns of imposed degrees of freedom become those of the identity.
@@ -160,14 +163,18 @@ fn hybrid<S: Scalar>(
 fn outward<S: Scalar>(ws: &mut Scratch<S>, q: &[S], qd: &[S]) {
     let Scratch { mechanism, at, inertia, body, articulated, .. } = ws;
     mechanism.read(q, at);
-    for (k, (segment, inertia)) in mechanism.segments().iter().zip(&*inertia).enumerate() {
-        let (before, own) = body.split_at_mut(k + 1);
-        let pose = mechanism.pose(k, q, at);
-        let (v, c) = velocity(segment, &pose, before[segment.parent].velocity, qd);
+    let mut last = Motion::ZERO;
+    for (k, ((segment, pose), inertia)) in mechanism.poses(q, at).zip(&*inertia).enumerate() {
+        // along a chain the parent is the body before, and stays in registers
+        let near = S::FITS_REGISTERS && segment.parent == k;
+        let v_parent = if near { last } else { body[segment.parent].velocity };
+        let (v, c) = velocity(segment, &pose, v_parent, qd);
         // I_A = I,   p_A = v ×* I v
         articulated[k + 1] = ArticulatedInertia::rigid(inertia);
-        let force = v.cross_force(inertia.times(v));
-        own[0] = Body { pose, velocity: v, acceleration: c, force };
+        let own = &mut body[k + 1];
+        (own.pose, own.velocity, own.acceleration) = (pose, v, c);
+        own.force = v.cross_force(inertia.times(v));
+        last = v;
     }
 }
 
@@ -182,8 +189,13 @@ fn inward<S: Scalar>(
     tau: &[S],
 ) {
     let Scratch { mechanism, body, articulated, pivot, .. } = ws;
+    let (mut carried_inertia, mut carried_force) = (ArticulatedInertia::default(), Force::ZERO);
     for (row, segment) in mechanism.segments().iter().enumerate().rev().map(|(k, s)| (k + 1, s)) {
         let (mut I, mut p) = (articulated[row], body[row].force);
+        if S::FITS_REGISTERS {
+            (I, p) = (I.plus(&carried_inertia), p + carried_force);
+            (carried_inertia, carried_force) = (ArticulatedInertia::default(), Force::ZERO);
+        }
         for k in (0..segment.nv()).rev() {
             let (dof, axis) = (segment.first_dof + k, segment.first_axis + k);
             // U = I_A s
@@ -204,10 +216,15 @@ fn inward<S: Scalar>(
         }
         if segment.parent > 0 {
             // I_parent = I_parent + Xᵀ I_A X,   p_parent = p_parent + Xᵀ (p_A + I_A c)
-            let Body { pose, acceleration, .. } = body[row];
-            p += I.times(acceleration);
-            articulated[segment.parent] = articulated[segment.parent].plus(&I.to_parent(&pose));
-            body[segment.parent].force += pose.force_to_parent(p);
+            let Body { pose, acceleration, .. } = &body[row];
+            p += I.times(*acceleration);
+            let (I, p) = (I.to_parent(pose), pose.force_to_parent(p));
+            if S::FITS_REGISTERS && segment.parent + 1 == row {
+                (carried_inertia, carried_force) = (I, p);
+            } else {
+                articulated[segment.parent] = articulated[segment.parent].plus(&I);
+                body[segment.parent].force += p;
+            }
         }
     }
 }
@@ -222,10 +239,13 @@ fn accelerate<S: Scalar>(
     tau: &mut [S],
 ) {
     let Scratch { mechanism, body, pivot, .. } = ws;
-    body[0].acceleration = c.ground();
+    let ground = c.ground();
+    body[0].acceleration = ground;
+    let mut last = ground;
     for (row, segment) in mechanism.segments().iter().enumerate().map(|(k, s)| (k + 1, s)) {
         // a = X a_parent + c
-        let a_parent = body[segment.parent].acceleration;
+        let near = S::FITS_REGISTERS && segment.parent + 1 == row;
+        let a_parent = if near { last } else { body[segment.parent].acceleration };
         let mut a = body[row].pose.motion_to_child(a_parent) + body[row].acceleration;
         for k in 0..segment.nv() {
             let dof = segment.first_dof + k;
@@ -241,6 +261,7 @@ fn accelerate<S: Scalar>(
             }
         }
         body[row].acceleration = a;
+        last = a;
     }
 }
 
@@ -268,8 +289,9 @@ fn by_mass_matrix<S: Scalar>(
     // M_ff q̈_f = x; imposed rows and columns become those of the identity
     composite_bodies(ws, c, q, &mut M);
     identity_where(&imposed, &mut M, nv);
-    ltdl::factor(&mut M, nv, &ws.support);
-    ltdl::solve(&M, nv, &ws.support, &mut x);
+    ws.grouped.load(&M);
+    ws.grouped.factor(&ws.support);
+    ws.grouped.solve(&ws.support, &mut x);
     for dof in (0..nv).filter(|&dof| !imposed(dof)) {
         qdd[dof] = x[dof];
     }
@@ -289,8 +311,8 @@ fn column<S: Scalar>(I: &ArticulatedInertia<S>, segment: &Segment, k: usize) -> 
     match segment.kind {
         SegmentKind::Turning => Force::new([A.xz, A.yz, A.zz].into(), H.rows[2]) * ratio,
         SegmentKind::Sliding => {
-            let mixed = H.rows.map(|row| row.z);
-            Force::new(mixed.into(), [L.xz, L.yz, L.zz].into()) * ratio
+            let [a, b, c] = H.rows;
+            Force::new([a.z, b.z, c.z].into(), [L.xz, L.yz, L.zz].into()) * ratio
         }
         SegmentKind::Free => {
             let mut a = Motion::ZERO;

@@ -1,7 +1,7 @@
 //! Inverse dynamics, nonlinear effects and gravity as plain functions.
 
 use nalgebra::DVector;
-use sinew_model::Model;
+use sinew_model::{Model, wide_forms};
 
 use crate::{Workspace, rnea};
 
@@ -30,20 +30,23 @@ pub fn inverse_dynamics(model: &Model, q: &[f64], qd: &[f64], qdd: &[f64]) -> DV
     tau
 }
 
-/// [`inverse_dynamics`] without allocation, into the nv numbers of `tau`.
-///
-/// # Panics
-/// If a slice has the wrong length.
-pub fn inverse_dynamics_into(
-    model: &Model,
-    ws: &mut Workspace,
-    q: &[f64],
-    qd: &[f64],
-    qdd: &[f64],
-    tau: &mut [f64],
-) {
-    let (conditions, scratch, _) = ws.open(model);
-    rnea::inverse_dynamics(scratch, &conditions, q, qd, qdd, tau);
+wide_forms! {
+    avx2,
+    /// [`inverse_dynamics`] without allocation, into the nv numbers of `tau`.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn inverse_dynamics_into(
+        model: &Model,
+        ws: &mut Workspace,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &[f64],
+        tau: &mut [f64],
+    ) {
+        let (conditions, scratch, _) = ws.open(model);
+        rnea::inverse_dynamics(scratch, &conditions, q, qd, qdd, tau);
+    }
 }
 
 /// Nonlinear effects: the torques of a motion without acceleration.
@@ -70,13 +73,16 @@ pub fn bias(model: &Model, q: &[f64], qd: &[f64]) -> DVector<f64> {
     h
 }
 
-/// [`bias`] without allocation, into the nv numbers of `h`.
-///
-/// # Panics
-/// If a slice has the wrong length.
-pub fn bias_into(model: &Model, ws: &mut Workspace, q: &[f64], qd: &[f64], h: &mut [f64]) {
-    let (conditions, scratch, zeros) = ws.open(model);
-    rnea::inverse_dynamics(scratch, &conditions, q, qd, zeros, h);
+wide_forms! {
+    avx2,
+    /// [`bias`] without allocation, into the nv numbers of `h`.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn bias_into(model: &Model, ws: &mut Workspace, q: &[f64], qd: &[f64], h: &mut [f64]) {
+        let (conditions, scratch, zeros) = ws.open(model);
+        rnea::inverse_dynamics(scratch, &conditions, q, qd, zeros, h);
+    }
 }
 
 /// Torques that hold the robot against gravity.
@@ -103,11 +109,14 @@ pub fn gravity(model: &Model, q: &[f64]) -> DVector<f64> {
     g
 }
 
-/// [`gravity()`] without allocation, into the nv numbers of `g`.
-///
-/// # Panics
-/// If a slice has the wrong length.
-pub fn gravity_into(model: &Model, ws: &mut Workspace, q: &[f64], g: &mut [f64]) {
-    let (conditions, scratch, zeros) = ws.open(model);
-    rnea::inverse_dynamics(scratch, &conditions, q, zeros, zeros, g);
+wide_forms! {
+    avx2,
+    /// [`gravity()`] without allocation, into the nv numbers of `g`.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn gravity_into(model: &Model, ws: &mut Workspace, q: &[f64], g: &mut [f64]) {
+        let (conditions, scratch, zeros) = ws.open(model);
+        rnea::inverse_dynamics(scratch, &conditions, q, zeros, zeros, g);
+    }
 }

@@ -1,7 +1,7 @@
 //! Analytic derivatives of inverse dynamics.
 
 use nalgebra::DMatrix;
-use sinew_model::{Model, Motion, Scalar};
+use sinew_model::{Model, Motion, Scalar, wide_forms};
 
 use crate::coriolis::Transport;
 use crate::rnea::body_force;
@@ -62,22 +62,25 @@ pub fn inverse_dynamics_derivatives(
     InverseDynamicsDerivatives { by_position: by_q, by_velocity: by_qd, by_acceleration: M }
 }
 
-/// [`inverse_dynamics_derivatives`] without allocation, into three times nv × nv numbers by columns.
-///
-/// # Panics
-/// If a slice has the wrong length.
-pub fn inverse_dynamics_derivatives_into(
-    model: &Model,
-    ws: &mut Workspace,
-    q: &[f64],
-    qd: &[f64],
-    qdd: &[f64],
-    by_position: &mut [f64],
-    by_velocity: &mut [f64],
-    by_acceleration: &mut [f64],
-) {
-    let (conditions, scratch, _) = ws.open(model);
-    differentiate(scratch, &conditions, q, qd, qdd, by_position, by_velocity, by_acceleration);
+wide_forms! {
+    avx2,
+    /// [`inverse_dynamics_derivatives`] without allocation, into three times nv × nv numbers by columns.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn inverse_dynamics_derivatives_into(
+        model: &Model,
+        ws: &mut Workspace,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &[f64],
+        by_position: &mut [f64],
+        by_velocity: &mut [f64],
+        by_acceleration: &mut [f64],
+    ) {
+        let (conditions, scratch, _) = ws.open(model);
+        differentiate(scratch, &conditions, q, qd, qdd, by_position, by_velocity, by_acceleration);
+    }
 }
 
 /// [`inverse_dynamics_derivatives_into`] for any kind of number, with the armature on the diagonal of M.

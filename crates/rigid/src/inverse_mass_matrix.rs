@@ -1,11 +1,11 @@
 //! The inverse of the mass matrix.
 
 use nalgebra::DMatrix;
-use sinew_model::{Model, Scalar};
+use sinew_model::{Model, Scalar, wide_forms};
 
 use crate::mass_matrix::composite_bodies;
 use crate::scratch::Conditions;
-use crate::{Bodies, Scratch, Workspace, ltdl};
+use crate::{Bodies, Scratch, Workspace};
 
 /// The inverse of the mass matrix: the accelerations of unit torques.
 ///
@@ -32,13 +32,16 @@ pub fn inverse_mass_matrix(model: &Model, q: &[f64]) -> DMatrix<f64> {
     M_inverse
 }
 
-/// [`inverse_mass_matrix`] without allocation, into the nv × nv numbers of `M_inverse` by columns.
-///
-/// # Panics
-/// If a slice has the wrong length.
-pub fn inverse_mass_matrix_into(model: &Model, ws: &mut Workspace, q: &[f64], M_inverse: &mut [f64]) {
-    let (conditions, scratch, _) = ws.open(model);
-    invert(scratch, &conditions, q, M_inverse);
+wide_forms! {
+    avx2,
+    /// [`inverse_mass_matrix`] without allocation, into the nv × nv numbers of `M_inverse` by columns.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn inverse_mass_matrix_into(model: &Model, ws: &mut Workspace, q: &[f64], M_inverse: &mut [f64]) {
+        let (conditions, scratch, _) = ws.open(model);
+        invert(scratch, &conditions, q, M_inverse);
+    }
 }
 
 /// [`inverse_mass_matrix_into`] for any kind of number.
@@ -55,7 +58,9 @@ pub fn inverse_mass_matrix_with<S: Scalar>(b: &Bodies<S>, ws: &mut Scratch<S>, q
 #[inline(always)]
 fn invert<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>, q: &[S], M_inverse: &mut [S]) {
     composite_bodies(ws, c, q, M_inverse);
-    let nv = ws.mechanism.nv();
-    ltdl::factor(M_inverse, nv, &ws.support);
-    ltdl::invert(M_inverse, nv, &ws.support, &mut ws.column);
+    let Scratch { support, grouped, column, .. } = ws;
+    grouped.load(M_inverse);
+    grouped.factor(support);
+    grouped.invert(support, column);
+    grouped.store(M_inverse);
 }

@@ -34,9 +34,9 @@ mod mass_matrix;
 mod regressor;
 mod rnea;
 mod scratch;
+mod slots;
 mod support;
 mod tool_wrench;
-mod wide;
 mod workspace;
 
 pub use batch::{

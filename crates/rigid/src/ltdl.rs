@@ -4,96 +4,154 @@ use sinew_model::Scalar;
 
 use crate::support::Support;
 
-/// Factors `A` (n × n by columns, symmetric, zeros as in `support`) in place: L, without its unit diagonal, above the
-/// diagonal by rows of Lᵀ's columns, 1/D on the diagonal.
-///
-/// ```text
-/// A = Lᵀ D L,   L_kj ≠ 0 only where j carries k
-/// ```
-///
-/// Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008, table 6.3.
-#[inline(always)]
-pub(crate) fn factor<S: Scalar>(A: &mut [S], n: usize, support: &Support) {
-    for k in (0..n).rev() {
-        let (above, own) = A.split_at_mut(n * k);
-        let own = &mut own[..=k];
-        let d_inverse = own[k].recip();
-        own[k] = d_inverse;
-        let ranges = support.ancestors(k);
-        for (last, &(start, end)) in ranges.iter().enumerate().rev() {
-            for i in (start..end).rev() {
-                // A_ij = A_ij − a A_kj,   a = A_ki/A_kk,   for j up to i
-                let a = own[i] * d_inverse;
-                let column = &mut above[n * i..=n * i + i];
-                for &(from, to) in &ranges[..last] {
-                    subtract(&mut column[from..to], &own[from..to], a);
+/// A symmetric matrix with the zeros of the mass matrix, by columns of whole groups.
+#[derive(Debug, Clone)]
+pub(crate) struct Grouped<S> {
+    entries: Vec<S>,
+    n: usize,
+    // Numbers of a column: n and what fills the last group.
+    height: usize,
+}
+
+impl<S: Scalar> Grouped<S> {
+    /// Room for n × n numbers.
+    pub(crate) fn new(n: usize) -> Self {
+        let height = usize::next_multiple_of(n, S::GROUP);
+        Self { entries: vec![S::ZERO; n * height], n, height }
+    }
+
+    /// Takes an n × n matrix by columns.
+    #[inline(always)]
+    pub(crate) fn load(&mut self, A: &[S]) {
+        let columns = A.chunks_exact(self.n.max(1)).zip(self.entries.chunks_exact_mut(self.height.max(1)));
+        for (from, to) in columns {
+            to[..self.n].copy_from_slice(from);
+        }
+    }
+
+    /// Writes all of the matrix by columns.
+    #[inline(always)]
+    pub(crate) fn store(&self, A: &mut [S]) {
+        let columns = A.chunks_exact_mut(self.n.max(1)).zip(self.entries.chunks_exact(self.height.max(1)));
+        for (to, from) in columns {
+            to.copy_from_slice(&from[..self.n]);
+        }
+    }
+
+    #[inline(always)]
+    fn get(&self, i: usize, j: usize) -> S {
+        self.entries[self.height * j + i]
+    }
+
+    #[inline(always)]
+    fn set(&mut self, i: usize, j: usize, x: S) {
+        self.entries[self.height * j + i] = x;
+    }
+
+    /// Rows `row` and following of column `j`, as many as a group holds.
+    #[inline(always)]
+    fn group(&self, row: usize, j: usize) -> S::Group {
+        S::group(&self.entries[self.height * j + row..][..S::GROUP])
+    }
+
+    /// Factors the matrix in place: L, without its unit diagonal, above the diagonal; 1/D on it.
+    ///
+    /// ```text
+    /// A = Lᵀ D L,   L_kj ≠ 0 only where j carries k
+    /// ```
+    ///
+    /// Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008, table 6.3.
+    #[inline(always)]
+    pub(crate) fn factor(&mut self, support: &Support) {
+        let height = self.height;
+        for k in (0..self.n).rev() {
+            let d_inverse = self.get(k, k).recip();
+            self.set(k, k, d_inverse);
+            for &(start, end) in support.ancestors(k).iter().rev() {
+                for i in (start..end).rev() {
+                    // A_ij = A_ij − a A_kj,   a = A_ki/A_kk,   for j up to i
+                    let a = self.get(i, k) * d_inverse;
+                    let (before, own) = self.entries.split_at_mut(height * k);
+                    let whole = usize::next_multiple_of(i + 1, S::GROUP);
+                    let column = before[height * i..height * i + whole].chunks_exact_mut(S::GROUP);
+                    for (x, y) in column.zip(own[..whole].chunks_exact(S::GROUP)) {
+                        S::ungroup(S::group(x) - S::group(y) * a.repeated(), x);
+                    }
+                    self.set(i, k, a);
                 }
-                subtract(&mut column[start..=i], &own[start..=i], a);
-                own[i] = a;
             }
         }
     }
-}
 
-/// Turns the factors of A into A⁻¹, all of it, in place; `room`: n numbers.
-///
-/// ```text
-/// A⁻¹_ik = D⁻¹_ik − Σ_j L_ij A⁻¹_jk   for k ≤ i, row by row
-/// ```
-#[inline(always)]
-pub(crate) fn invert<S: Scalar>(A: &mut [S], n: usize, support: &Support, room: &mut [S]) {
-    for i in 0..n {
-        let (above, own) = A.split_at_mut(n * i);
-        let own = &mut own[..=i];
-        let d_inverse = own[i];
-        let L = &mut room[..i];
-        L.copy_from_slice(&own[..i]);
-        own[..i].fill(S::ZERO);
-        for &(start, end) in support.ancestors(i) {
-            for j in start..end {
-                subtract(&mut own[..i], &above[n * j..n * j + i], L[j]);
+    /// Turns the factors of A into A⁻¹, all of it, in place; `room`: n numbers.
+    ///
+    /// ```text
+    /// A⁻¹_ik = D⁻¹_ik − Σ_j L_ij A⁻¹_jk   for k ≤ i, row by row
+    /// ```
+    #[inline(always)]
+    pub(crate) fn invert(&mut self, support: &Support, room: &mut [S]) {
+        let height = self.height;
+        for i in 0..self.n {
+            let d_inverse = self.get(i, i);
+            let ancestors = support.ancestors(i);
+            for &(start, end) in ancestors {
+                (start..end).for_each(|j| room[j] = self.get(j, i));
             }
-        }
-        let mut diagonal = d_inverse;
-        for &(start, end) in support.ancestors(i) {
-            for j in start..end {
-                diagonal -= L[j] * own[j];
+            for row in (0..i).step_by(S::GROUP) {
+                let mut sum = S::Group::ZERO;
+                for &(start, end) in ancestors {
+                    for j in start..end {
+                        sum -= self.group(row, j) * room[j].repeated();
+                    }
+                }
+                S::ungroup(sum, &mut self.entries[height * i + row..][..S::GROUP]);
             }
-        }
-        own[i] = diagonal;
-        for k in 0..i {
-            above[i + n * k] = own[k];
+            let mut diagonal = d_inverse;
+            for &(start, end) in ancestors {
+                (start..end).for_each(|j| diagonal -= room[j] * self.get(j, i));
+            }
+            self.set(i, i, diagonal);
+            for k in 0..i {
+                let x = self.get(k, i);
+                self.set(i, k, x);
+            }
         }
     }
-}
 
-/// Solves A x = b in place.
-#[inline(always)]
-pub(crate) fn solve<S: Scalar>(LD: &[S], n: usize, support: &Support, x: &mut [S]) {
-    // Lᵀ y = b
-    for i in (0..n).rev() {
-        let (before, own) = x.split_at_mut(i);
-        for &(start, end) in support.ancestors(i) {
-            subtract(&mut before[start..end], &LD[n * i + start..n * i + end], own[0]);
-        }
-    }
-    // L x = D⁻¹ y
-    for i in 0..n {
-        let mut sum = x[i] * LD[n * i + i];
-        for &(start, end) in support.ancestors(i) {
-            for j in start..end {
-                sum -= LD[n * i + j] * x[j];
+    /// Solves A x = b in place, once A is factored.
+    #[inline(always)]
+    pub(crate) fn solve(&self, support: &Support, x: &mut [S]) {
+        // Lᵀ y = b
+        for i in (0..self.n).rev() {
+            for &(start, end) in support.ancestors(i) {
+                (start..end).for_each(|j| x[j] = x[j] - self.get(j, i) * x[i]);
             }
         }
-        x[i] = sum;
+        // L x = D⁻¹ y
+        for i in 0..self.n {
+            let mut sum = x[i] * self.get(i, i);
+            for &(start, end) in support.ancestors(i) {
+                (start..end).for_each(|j| sum -= self.get(j, i) * x[j]);
+            }
+            x[i] = sum;
+        }
     }
-}
 
-/// y = y − a x.
-#[inline(always)]
-pub(crate) fn subtract<S: Scalar>(y: &mut [S], x: &[S], a: S) {
-    for (y, &x) in y.iter_mut().zip(x) {
-        *y -= x * a;
+    /// −A x for each column x of `X`, n × n, which has the zeros of the mass matrix; all numbers of A must stand.
+    #[inline(always)]
+    pub(crate) fn minus_times(&self, support: &Support, X: &mut [S], room: &mut [S]) {
+        for (k, x) in X.chunks_exact_mut(self.n.max(1)).enumerate() {
+            room.copy_from_slice(x);
+            for (g, y) in x.chunks_mut(S::GROUP).enumerate() {
+                let mut sum = S::Group::ZERO;
+                for &(start, end) in support.related(k) {
+                    for j in start..end {
+                        sum -= self.group(S::GROUP * g, j) * room[j].repeated();
+                    }
+                }
+                S::ungroup(sum, y);
+            }
+        }
     }
 }
 
@@ -113,9 +171,10 @@ mod tests {
     #[test]
     fn a_solution_satisfies_its_equations() {
         let b = [1.0, -2.0, 3.0];
-        let (mut LD, mut x) = (A, b);
-        factor(&mut LD, 3, &support());
-        solve(&LD, 3, &support(), &mut x);
+        let (mut LD, mut x) = (Grouped::new(3), b);
+        LD.load(&A);
+        LD.factor(&support());
+        LD.solve(&support(), &mut x);
         for i in 0..3 {
             let row: f64 = (0..3).map(|j| A[i + 3 * j] * x[j]).sum();
             assert!((row - b[i]).abs() < 1e-14);
@@ -124,9 +183,11 @@ mod tests {
 
     #[test]
     fn a_matrix_times_its_inverse_is_one() {
-        let mut inverse = A;
-        factor(&mut inverse, 3, &support());
-        invert(&mut inverse, 3, &support(), &mut [0.0; 3]);
+        let (mut grouped, mut inverse) = (Grouped::new(3), A);
+        grouped.load(&A);
+        grouped.factor(&support());
+        grouped.invert(&support(), &mut [0.0; 3]);
+        grouped.store(&mut inverse);
         for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
             let entry: f64 = (0..3).map(|k| A[i + 3 * k] * inverse[k + 3 * j]).sum();
             assert!((entry - if i == j { 1.0 } else { 0.0 }).abs() < 1e-14);

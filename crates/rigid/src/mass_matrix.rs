@@ -1,9 +1,10 @@
 //! The mass matrix: the composite-rigid-body algorithm.
 
 use nalgebra::DMatrix;
-use sinew_model::{Force, Inertia, Model, Motion, Scalar, Segment, SegmentKind};
+use sinew_model::{Force, Inertia, Model, Motion, Scalar, Segment, SegmentKind, wide_forms};
 
 use crate::scratch::Conditions;
+use crate::slots::{self, component, move_to_parent};
 use crate::{Bodies, Scratch, Workspace};
 
 /// The mass matrix (composite rigid bodies).
@@ -30,13 +31,16 @@ pub fn mass_matrix(model: &Model, q: &[f64]) -> DMatrix<f64> {
     M
 }
 
-/// [`mass_matrix`] without allocation, into the nv × nv numbers of `M` by columns.
-///
-/// # Panics
-/// If a slice has the wrong length.
-pub fn mass_matrix_into(model: &Model, ws: &mut Workspace, q: &[f64], M: &mut [f64]) {
-    let (conditions, scratch, _) = ws.open(model);
-    composite_bodies(scratch, &conditions, q, M);
+wide_forms! {
+    avx2,
+    /// [`mass_matrix`] without allocation, into the nv × nv numbers of `M` by columns.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn mass_matrix_into(model: &Model, ws: &mut Workspace, q: &[f64], M: &mut [f64]) {
+        let (conditions, scratch, _) = ws.open(model);
+        composite_bodies(scratch, &conditions, q, M);
+    }
 }
 
 /// [`mass_matrix_into`] for any kind of number, with the armature on the diagonal.
@@ -58,41 +62,43 @@ pub(crate) fn composite_bodies<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>
     for dof in 0..nv {
         M[dof + nv * dof] = c.armature(dof);
     }
-    let Scratch { mechanism, at, inertia, body, composite, .. } = ws;
+    let Scratch { mechanism, at, inertia, body, composite, slots, forces, .. } = ws;
     mechanism.read(q, at);
     composite[1..].copy_from_slice(inertia);
-    for k in 0..mechanism.segments().len() {
-        body[k + 1].pose = mechanism.pose(k, q, at);
+    for (own, (_, pose)) in body[1..].iter_mut().zip(mechanism.poses(q, at)) {
+        own.pose = pose;
     }
+    let mut carried = Inertia::default();
     for (k, segment) in mechanism.segments().iter().enumerate().rev() {
-        let I = composite[k + 1];
-        if segment.parent > 0 {
-            // I_parent = I_parent + Xᵀ I X
-            composite[segment.parent] += body[k + 1].pose.inertia_to_parent(&I);
+        let pose = &body[k + 1].pose;
+        let mut I = composite[k + 1];
+        if S::FITS_REGISTERS {
+            I += carried;
+            carried = Inertia::default();
+        }
+        // F = I_c S of the own axes; those of the subtree have been moved here
+        for axis in 0..segment.nv() {
+            slots::put(forces, slots.of(segment.first_axis + axis), momentum(&I, segment, axis));
         }
         for axis in 0..segment.nv() {
-            // F = I_c S
-            let mut F = momentum(&I, segment, axis);
-            let column = segment.first_dof + axis;
-            for l in 0..=axis {
-                add_symmetric(M, nv, segment.first_dof + l, column, along(segment, l, F));
+            // M_ij = S_i·F_j
+            let row = segment.first_dof + axis;
+            for &(slot, column) in slots.subtree(k, axis) {
+                let entry = component(forces, slot, component_along(segment, axis)) * segment.ratio;
+                M[row + nv * column] += entry;
+                if row != column || slot != slots.of(segment.first_axis + axis) {
+                    M[column + nv * row] += entry;
+                }
             }
-            let mut row = k + 1;
-            loop {
-                let carrier = &mechanism.segments()[row - 1];
-                if carrier.parent == 0 {
-                    break;
-                }
-                F = body[row].pose.force_to_parent(F);
-                row = carrier.parent;
-                let ancestor = &mechanism.segments()[row - 1];
-                for l in 0..ancestor.nv() {
-                    add_symmetric(M, nv, ancestor.first_dof + l, column, along(ancestor, l, F));
-                    if ancestor.first_dof + l == column {
-                        // two joints of one degree of freedom meet on the diagonal, once from either side
-                        M[column + nv * column] += along(ancestor, l, F);
-                    }
-                }
+        }
+        if segment.parent > 0 {
+            move_to_parent(forces, slots.groups(k), pose);
+            // I_parent = I_parent + Xᵀ I X
+            let to_parent = pose.inertia_to_parent(&I);
+            if S::FITS_REGISTERS && segment.parent == k {
+                carried = to_parent;
+            } else {
+                composite[segment.parent] += to_parent;
             }
         }
     }
@@ -120,6 +126,16 @@ fn momentum<S: Scalar>(I: &Inertia<S>, segment: &Segment, k: usize) -> Force<S> 
     }
 }
 
+/// The component of a force in the segment's frame that axis `k` feels, before its ratio.
+#[inline(always)]
+fn component_along(segment: &Segment, k: usize) -> usize {
+    match segment.kind {
+        SegmentKind::Turning => 2,
+        SegmentKind::Sliding => 5,
+        SegmentKind::Free => k,
+    }
+}
+
 /// S_k · f of a force in the segment's frame.
 #[inline(always)]
 pub(crate) fn along<S: Scalar>(segment: &Segment, k: usize, f: Force<S>) -> S {
@@ -127,13 +143,5 @@ pub(crate) fn along<S: Scalar>(segment: &Segment, k: usize, f: Force<S>) -> S {
         SegmentKind::Turning => f.angular.z * segment.ratio,
         SegmentKind::Sliding => f.linear.z * segment.ratio,
         SegmentKind::Free => f.to_array()[k],
-    }
-}
-
-#[inline(always)]
-fn add_symmetric<S: Scalar>(M: &mut [S], nv: usize, row: usize, column: usize, x: S) {
-    M[row + nv * column] += x;
-    if row != column {
-        M[column + nv * row] += x;
     }
 }

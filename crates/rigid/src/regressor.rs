@@ -1,7 +1,7 @@
 //! The regressor: torques as a linear map of the inertial parameters.
 
 use nalgebra::DMatrix;
-use sinew_model::{Matrix3, Model, Motion, Pose, Scalar, Vector3};
+use sinew_model::{Matrix3, Model, Motion, Pose, Scalar, Vector3, wide_forms};
 
 use crate::scratch::Conditions;
 use crate::{Bodies, Scratch, Workspace};
@@ -35,13 +35,16 @@ pub fn regressor(model: &Model, q: &[f64], qd: &[f64], qdd: &[f64]) -> DMatrix<f
     Y
 }
 
-/// [`regressor`] without allocation, into the nv × 10 n numbers of `Y` by columns.
-///
-/// # Panics
-/// If a slice has the wrong length.
-pub fn regressor_into(model: &Model, ws: &mut Workspace, q: &[f64], qd: &[f64], qdd: &[f64], Y: &mut [f64]) {
-    let (conditions, scratch, _) = ws.open(model);
-    rows(scratch, &conditions, q, qd, qdd, Y);
+wide_forms! {
+    avx2,
+    /// [`regressor`] without allocation, into the nv × 10 n numbers of `Y` by columns.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn regressor_into(model: &Model, ws: &mut Workspace, q: &[f64], qd: &[f64], qdd: &[f64], Y: &mut [f64]) {
+        let (conditions, scratch, _) = ws.open(model);
+        rows(scratch, &conditions, q, qd, qdd, Y);
+    }
 }
 
 /// [`regressor_into`] for any kind of number; the inertias and the armature of `b` are not looked at.
@@ -92,9 +95,9 @@ fn rows<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>, q: &[S], qd: &[S], qd
             let carrier = &segments[row - 1];
             for (l, axis) in axis[carrier.first_axis..][..carrier.nv()].iter().enumerate() {
                 let along = torques.along(pose.motion_to_child(axis.s));
-                let entries = block[carrier.first_dof + l..].iter_mut().step_by(nv);
-                for (entry, x) in entries.zip(along) {
-                    *entry += x;
+                let entries = &mut block[carrier.first_dof + l..];
+                for p in 0..PARAMETERS {
+                    entries[nv * p] += along[p];
                 }
             }
             row = carrier.parent;
@@ -136,7 +139,10 @@ impl<S: Scalar> Torques<S> {
     #[inline(always)]
     fn along(&self, s: Motion<S>) -> [S; PARAMETERS] {
         let h = self.point.cross(s.angular) + self.K * s.linear;
-        let [xx, xy, yy, xz, yz, zz] = self.turning.map(|x| x.dot(s.angular));
+        let w = s.angular;
+        let [xx, xy, yy, xz, yz, zz] = self.turning;
+        let turning = [xx.dot(w), xy.dot(w), yy.dot(w), xz.dot(w), yz.dot(w), zz.dot(w)];
+        let [xx, xy, yy, xz, yz, zz] = turning;
         [s.linear.dot(self.point), h.x, h.y, h.z, xx, xy, yy, xz, yz, zz]
     }
 }

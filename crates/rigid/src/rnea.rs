@@ -2,7 +2,7 @@
 
 use sinew_model::{Force, Inertia, Motion, Pose, Scalar, Segment, SegmentKind};
 
-use crate::scratch::{Body, Conditions};
+use crate::scratch::Conditions;
 use crate::{Bodies, Scratch};
 
 /// Joint torques that produce the accelerations `qdd`, for any kind of number (recursive Newton–Euler).
@@ -44,27 +44,44 @@ pub(crate) fn inverse_dynamics<S: Scalar>(
     assert_eq!((qd.len(), qdd.len(), tau.len()), (nv, nv, nv), "qd, qdd, tau");
     let Scratch { mechanism, at, inertia, body, .. } = ws;
     mechanism.read(q, at);
-    body[0].acceleration = c.ground();
-    for (k, (segment, inertia)) in mechanism.segments().iter().zip(&*inertia).enumerate() {
-        let (before, own) = body.split_at_mut(k + 1);
-        let parent = &before[segment.parent];
-        let pose = mechanism.pose(k, q, at);
+    let ground = c.ground();
+    body[0].acceleration = ground;
+    // Along a chain the parent is the body before, and stays in registers.
+    let mut last = (Motion::ZERO, ground);
+    for (k, ((segment, pose), inertia)) in mechanism.poses(q, at).zip(&*inertia).enumerate() {
+        let (v_parent, a_parent) = if S::FITS_REGISTERS && segment.parent == k {
+            last
+        } else {
+            let parent = &body[segment.parent];
+            (parent.velocity, parent.acceleration)
+        };
         // v = X v_parent + S q̇,   a = X a_parent + S q̈ + v × S q̇
-        let (mut v, mut a) =
-            (pose.motion_to_child(parent.velocity), pose.motion_to_child(parent.acceleration));
+        let (mut v, mut a) = (pose.motion_to_child(v_parent), pose.motion_to_child(a_parent));
         accelerate(segment, qd, qdd, &mut v, &mut a);
-        own[0] = Body { pose, velocity: v, acceleration: a, force: body_force(inertia, v, a) };
+        let own = &mut body[k + 1];
+        (own.pose, own.velocity, own.acceleration) = (pose, v, a);
+        own.force = body_force(inertia, v, a);
+        last = (v, a);
     }
     for dof in 0..nv {
         tau[dof] = c.armature(dof) * qdd[dof];
     }
+    let mut carried = Force::ZERO;
     for (k, segment) in mechanism.segments().iter().enumerate().rev() {
-        let (before, own) = body.split_at_mut(k + 1);
-        let Body { pose, force, .. } = &own[0];
-        add_torque(segment, *force, tau);
+        let mut f = body[k + 1].force;
+        if S::FITS_REGISTERS {
+            f += carried;
+            carried = Force::ZERO;
+        }
+        add_torque(segment, f, tau);
         if segment.parent > 0 {
             // f_parent = f_parent + Xᵀ f
-            before[segment.parent].force += pose.force_to_parent(*force);
+            let to_parent = body[k + 1].pose.force_to_parent(f);
+            if S::FITS_REGISTERS && segment.parent == k {
+                carried = to_parent;
+            } else {
+                body[segment.parent].force += to_parent;
+            }
         }
     }
 }

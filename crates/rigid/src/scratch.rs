@@ -7,6 +7,8 @@ use sinew_model::{
 use crate::Bodies;
 use crate::coriolis::Transport;
 use crate::inverse_dynamics_derivatives::Axis;
+use crate::ltdl::Grouped;
+use crate::slots::Slots;
 use crate::support::Support;
 
 /// One workspace for all algorithms over numbers of one kind; nothing is allocated after `new`.
@@ -25,6 +27,9 @@ pub struct Scratch<S> {
     pub(crate) composite: Vec<Inertia<S>>,
     pub(crate) articulated: Vec<ArticulatedInertia<S>>,
     pub(crate) transport: Vec<Transport<S>>,
+    // Forces of unit accelerations along each axis, side by side.
+    pub(crate) slots: Slots,
+    pub(crate) forces: Vec<S>,
     // Of each axis of each segment.
     pub(crate) axis: Vec<Axis<S>>,
     pub(crate) pivot: Vec<Pivot<S>>,
@@ -34,7 +39,7 @@ pub struct Scratch<S> {
     pub(crate) column: Vec<S>,
     // nv × nv numbers each.
     pub(crate) matrix: Vec<S>,
-    pub(crate) factor: Vec<S>,
+    pub(crate) grouped: Grouped<S>,
 }
 
 /// A moving body in its own frame.
@@ -100,7 +105,10 @@ impl<S: Scalar> Scratch<S> {
         let of_segment = |(segment, joint): (&sinew_model::Segment, &sinew_model::Joint)| -> Inertia<S> {
             segment.inertia_from_link(&Inertia::constant(&joint.inertia))
         };
+        let slots = Slots::new(&mechanism, S::GROUP);
         Self {
+            forces: vec![S::ZERO; slots.room()],
+            slots,
             support: Support::new(&mechanism),
             at: Coordinates::new(&mechanism),
             inertia: mechanism.segments().iter().zip(&model.joints).map(of_segment).collect(),
@@ -115,7 +123,7 @@ impl<S: Scalar> Scratch<S> {
             solution: vec![S::ZERO; nv],
             column: vec![S::ZERO; nv],
             matrix: vec![S::ZERO; nv * nv],
-            factor: vec![S::ZERO; nv * nv],
+            grouped: Grouped::new(nv),
             mechanism,
         }
     }
@@ -149,16 +157,17 @@ impl<S: Scalar> Scratch<S> {
     pub(crate) fn poses_about_roots(&mut self, q: &[S]) {
         let Self { mechanism, at, world, .. } = self;
         mechanism.read(q, at);
-        for (k, segment) in mechanism.segments().iter().enumerate() {
-            let mut pose = mechanism.pose(k, q, at);
-            if segment.parent == 0 {
-                if segment.nv() == 6 {
-                    pose.translation = Vector3::ZERO;
-                }
-                world[k + 1] = pose;
-            } else {
-                world[k + 1] = world[segment.parent] * pose;
+        let mut last = Pose::identity();
+        for (k, (segment, mut pose)) in mechanism.poses(q, at).enumerate() {
+            if segment.parent == 0 && segment.nv() == 6 {
+                pose.translation = Vector3::ZERO;
             }
+            last = match segment.parent {
+                0 => pose,
+                parent if S::FITS_REGISTERS && parent == k => last * pose,
+                parent => world[parent] * pose,
+            };
+            world[k + 1] = last;
         }
     }
 }

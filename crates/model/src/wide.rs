@@ -4,7 +4,7 @@
 //! the last bit: multiplications and additions are never fused.
 
 /// True if the machine has registers for eight numbers.
-pub(crate) fn eight() -> bool {
+pub fn eight() -> bool {
     #[cfg(target_arch = "x86_64")]
     return std::arch::is_x86_feature_detected!("avx512f") && std::arch::is_x86_feature_detected!("avx512dq");
     #[cfg(not(target_arch = "x86_64"))]
@@ -13,7 +13,7 @@ pub(crate) fn eight() -> bool {
 
 /// True if the machine has registers for four numbers.
 #[inline(always)]
-pub(crate) fn four() -> bool {
+pub fn four() -> bool {
     #[cfg(target_arch = "x86_64")]
     return std::arch::is_x86_feature_detected!("avx2");
     #[cfg(not(target_arch = "x86_64"))]
@@ -22,9 +22,11 @@ pub(crate) fn four() -> bool {
 
 /// Defines a function whose body, which must be inlined into it, is compiled for every machine and for those with the
 /// instructions named, and which runs the better form.
-macro_rules! forms {
-    (avx2, $($rest:tt)*) => { $crate::wide::forms! { @ $crate::wide::four(), "avx2", $($rest)* } };
-    (avx512, $($rest:tt)*) => { $crate::wide::forms! { @ $crate::wide::eight(), "avx512f,avx512dq", $($rest)* } };
+#[macro_export]
+#[doc(hidden)]
+macro_rules! wide_forms {
+    (avx2, $($rest:tt)*) => { $crate::wide_forms! { @ $crate::wide::four(), "avx2", $($rest)* } };
+    (avx512, $($rest:tt)*) => { $crate::wide_forms! { @ $crate::wide::eight(), "avx512f,avx512dq", $($rest)* } };
     (@ $has:expr, $features:literal, $(#[$attribute:meta])* $visibility:vis fn $name:ident
         ($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)? $body:block) => {
         $(#[$attribute])*
@@ -47,4 +49,3 @@ macro_rules! forms {
         }
     };
 }
-pub(crate) use forms;
