@@ -24,7 +24,6 @@ pub fn body_poses(model: &Model, q: &[f64]) -> Vec<Pose<f64>> {
 ///
 /// # Panics
 /// If a slice has the wrong length.
-#[inline(always)]
 pub fn body_poses_with<S: Scalar>(model: &Model, q: &[S], world_from_body: &mut [Pose<S>]) {
     assert_eq!(q.len(), model.nq, "q");
     assert_eq!(world_from_body.len(), model.joints.len(), "world_from_body");
@@ -63,7 +62,6 @@ pub fn link_pose(model: &Model, q: &[f64], link: LinkId) -> Pose<f64> {
 ///
 /// # Panics
 /// If `q` has the wrong length or there is no such link.
-#[inline(always)]
 pub fn link_pose_with<S: Scalar>(model: &Model, q: &[S], link: LinkId) -> Pose<S> {
     assert_eq!(q.len(), model.nq, "q");
     let link = &model.links[link.0];
@@ -112,7 +110,6 @@ wide_forms! {
 ///
 /// # Panics
 /// If a slice has the wrong length.
-#[inline(always)]
 pub fn link_poses_with<S: Scalar>(
     model: &Model,
     ws: &mut Scratch<S>,

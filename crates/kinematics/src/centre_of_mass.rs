@@ -32,7 +32,6 @@ pub fn centre_of_mass(model: &Model, q: &[f64]) -> Vector3<f64> {
 ///
 /// # Panics
 /// If a slice has the wrong length.
-#[inline(always)]
 pub fn centre_of_mass_with<S: Scalar>(
     model: &Model,
     inertia: &[Inertia<S>],
@@ -72,7 +71,6 @@ pub fn centre_of_mass_jacobian(model: &Model, q: &[f64]) -> Matrix3xX<f64> {
 ///
 /// # Panics
 /// If a slice has the wrong length.
-#[inline(always)]
 pub fn centre_of_mass_jacobian_with<S: Scalar>(
     model: &Model,
     inertia: &[Inertia<S>],

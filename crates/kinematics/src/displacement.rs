@@ -95,7 +95,6 @@ pub fn position_rate(model: &Model, q: &[f64], qd: &[f64]) -> Vec<f64> {
 ///
 /// # Panics
 /// If a slice has the wrong length.
-#[inline(always)]
 pub fn position_rate_with<S: Scalar>(model: &Model, q: &[S], qd: &[S], rate: &mut [S]) {
     assert_eq!((q.len(), qd.len(), rate.len()), (model.nq, model.nv, model.nq), "q, qd, rate");
     for joint in free_joints(model) {

@@ -46,7 +46,6 @@ wide_forms! {
 ///
 /// # Panics
 /// If a slice has the wrong length or there is no such link.
-#[inline(always)]
 pub fn jacobian_with<S: Scalar>(
     model: &Model,
     ws: &mut Scratch<S>,
@@ -111,7 +110,6 @@ wide_forms! {
 ///
 /// # Panics
 /// If a slice has the wrong length.
-#[inline(always)]
 pub fn joint_axes_with<S: Scalar>(model: &Model, ws: &mut Scratch<S>, q: &[S], axes: &mut [S]) {
     assert_eq!(axes.len(), 6 * ws.mechanism.axes(), "axes");
     ws.poses(model, q);

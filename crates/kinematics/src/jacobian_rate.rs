@@ -54,7 +54,6 @@ wide_forms! {
 ///
 /// # Panics
 /// If a slice has the wrong length or there is no such link.
-#[inline(always)]
 pub fn jacobian_rate_with<S: Scalar>(
     model: &Model,
     ws: &mut Scratch<S>,

@@ -31,7 +31,6 @@ pub fn link_velocity(model: &Model, q: &[f64], qd: &[f64], link: LinkId, axes: A
 ///
 /// # Panics
 /// If a slice has the wrong length or there is no such link.
-#[inline(always)]
 pub fn link_velocity_with<S: Scalar>(
     model: &Model,
     ws: &mut Scratch<S>,
@@ -70,7 +69,6 @@ pub fn link_acceleration(
 ///
 /// # Panics
 /// If a slice has the wrong length or there is no such link.
-#[inline(always)]
 pub fn link_acceleration_with<S: Scalar>(
     model: &Model,
     ws: &mut Scratch<S>,
@@ -120,7 +118,6 @@ pub fn classical_acceleration(
 ///
 /// # Panics
 /// If a slice has the wrong length or there is no such link.
-#[inline(always)]
 pub fn classical_acceleration_with<S: Scalar>(
     model: &Model,
     ws: &mut Scratch<S>,

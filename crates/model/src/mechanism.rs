@@ -150,16 +150,10 @@ impl Mechanism {
         S::sines_and_cosines(&at.x, &mut at.sine, &mut at.cosine);
     }
 
-    /// Each segment with its pose in its parent, once the coordinates are read from `q`.
+    /// The pose of segment `k` in its parent, once its coordinates are read from `q`.
     #[inline(always)]
-    pub fn poses<'a, S: Scalar>(
-        &'a self,
-        q: &'a [S],
-        at: &'a Coordinates<S>,
-    ) -> impl Iterator<Item = (&'a Segment, Pose<S>)> {
-        let turns = at.x.iter().zip(&at.sine).zip(&at.cosine);
-        let each = self.segments.iter().zip(turns);
-        each.map(|(segment, ((x, sine), cosine))| (segment, segment.pose(q, *x, *sine, *cosine)))
+    pub fn pose<S: Scalar>(&self, k: usize, q: &[S], at: &Coordinates<S>) -> Pose<S> {
+        self.segments[k].pose(q, at.x[k], at.sine[k], at.cosine[k])
     }
 
     /// Poses of all segments in the world, row k + 1 for segment k; row 0, the world itself, must be the identity.
@@ -172,7 +166,8 @@ impl Mechanism {
         let rows = self.segments.len() + 1;
         assert_eq!(world.len(), rows, "world");
         let mut last = Pose::identity();
-        for (k, (segment, pose)) in self.poses(q, at).enumerate() {
+        for (k, segment) in self.segments.iter().enumerate() {
+            let pose = segment.pose(q, at.x[k], at.sine[k], at.cosine[k]);
             // along a chain the parent is the body before, and stays in registers
             last = match segment.parent {
                 0 => pose,

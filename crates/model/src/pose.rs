@@ -34,9 +34,9 @@ impl<S: Scalar> Pose<S> {
     /// The same pose for each number of a group.
     #[inline(always)]
     pub fn repeated(&self) -> Pose<S::Group> {
-        let row = |v: Vector3<S>| Vector3::new(v.x.repeated(), v.y.repeated(), v.z.repeated());
         let [a, b, c] = self.rotation.rows;
-        Pose::new(Matrix3 { rows: [row(a), row(b), row(c)] }, row(self.translation))
+        let rows = [a.repeated(), b.repeated(), c.repeated()];
+        Pose::new(Matrix3 { rows }, self.translation.repeated())
     }
     /// `child_from_parent`.
     pub fn inverse(&self) -> Self {

@@ -29,6 +29,11 @@ impl<S: Scalar> Vector3<S> {
     pub fn constant(v: Vector3<f64>) -> Self {
         Self::new(S::constant(v.x), S::constant(v.y), S::constant(v.z))
     }
+    /// The same vector for each number of a group.
+    #[inline(always)]
+    pub fn repeated(self) -> Vector3<S::Group> {
+        Vector3::new(self.x.repeated(), self.y.repeated(), self.z.repeated())
+    }
     /// a · b.
     #[inline(always)]
     pub fn dot(self, o: Self) -> S {

@@ -20,14 +20,19 @@ pub fn four() -> bool {
     false
 }
 
-/// Defines a function whose body, which must be inlined into it, is compiled for every machine and for those with the
-/// instructions named, and which runs the better form.
+/// Defines a function whose body, which must be inlined into it, is compiled for machines with the instructions named.
+/// With `avx2` it is compiled for every machine too and runs the better form; with `avx512` it must not be called on
+/// a machine that [`eight`] does not hold for.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! wide_forms {
-    (avx2, $($rest:tt)*) => { $crate::wide_forms! { @ $crate::wide::four(), "avx2", $($rest)* } };
-    (avx512, $($rest:tt)*) => { $crate::wide_forms! { @ $crate::wide::eight(), "avx512f,avx512dq", $($rest)* } };
-    (@ $has:expr, $features:literal, $(#[$attribute:meta])* $visibility:vis fn $name:ident
+    (avx2, $($rest:tt)*) => {
+        $crate::wide_forms! { @ or_plain, $crate::wide::four(), "avx2", $($rest)* }
+    };
+    (avx512, $($rest:tt)*) => {
+        $crate::wide_forms! { @ only_wide, $crate::wide::eight(), "avx512f,avx512dq", $($rest)* }
+    };
+    (@ $order:ident, $has:expr, $features:literal, $(#[$attribute:meta])* $visibility:vis fn $name:ident
         ($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)? $body:block) => {
         $(#[$attribute])*
         $visibility fn $name($($argument: $type),*) $(-> $result)? {
@@ -40,12 +45,25 @@ macro_rules! wide_forms {
                 plain($($argument),*)
             }
 
-            #[cfg(target_arch = "x86_64")]
-            if $has {
-                // SAFETY: the machine has the instructions that the function is compiled for.
-                return unsafe { wide($($argument),*) };
-            }
-            plain($($argument),*)
+            $crate::wide_forms! { @ $order, $has, $name, wide, plain, $($argument),* }
         }
+    };
+    (@ or_plain, $has:expr, $name:ident, $wide:ident, $plain:ident, $($argument:ident),*) => {
+        #[cfg(target_arch = "x86_64")]
+        if $has {
+            // SAFETY: the machine has the instructions that the function is compiled for.
+            return unsafe { $wide($($argument),*) };
+        }
+        $plain($($argument),*)
+    };
+    (@ only_wide, $has:expr, $name:ident, $wide:ident, $plain:ident, $($argument:ident),*) => {
+        #[cfg(target_arch = "x86_64")]
+        {
+            assert!($has, "the machine has no such registers");
+            // SAFETY: the machine has the instructions that the function is compiled for.
+            unsafe { $wide($($argument),*) }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        $plain($($argument),*)
     };
 }

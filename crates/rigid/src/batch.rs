@@ -1,7 +1,7 @@
 //! Many configurations at once, in vector registers.
 
 use nalgebra::DMatrix;
-use sinew_model::{Lanes, Model, Vector3, wide, wide_forms};
+use sinew_model::{Lanes, Model, Scalar, Vector3, wide, wide_forms};
 
 use crate::mass_matrix::composite_bodies;
 use crate::scratch::Conditions;
@@ -87,7 +87,8 @@ pub fn inverse_dynamics_batch_into(
     qdd: &[f64],
     tau: &mut [f64],
 ) {
-    run(ws, Job { algorithm: Algorithm::InverseDynamics, model, inputs: [q, qd, qdd], output: tau });
+    let inputs = [(q, model.nq), (qd, model.nv), (qdd, model.nv)];
+    run_inverse_dynamics(ws, Job { model, inputs, output: (tau, model.nv) });
 }
 
 /// [`forward_dynamics`](crate::forward_dynamics) of many configurations.
@@ -118,7 +119,8 @@ pub fn forward_dynamics_batch_into(
     tau: &[f64],
     qdd: &mut [f64],
 ) {
-    run(ws, Job { algorithm: Algorithm::ForwardDynamics, model, inputs: [q, qd, tau], output: qdd });
+    let inputs = [(q, model.nq), (qd, model.nv), (tau, model.nv)];
+    run_forward_dynamics(ws, Job { model, inputs, output: (qdd, model.nv) });
 }
 
 /// [`mass_matrix`](crate::mass_matrix) of many configurations.
@@ -138,85 +140,102 @@ pub fn mass_matrix_batch(model: &Model, q: &[f64]) -> DMatrix<f64> {
 /// # Panics
 /// If a slice has the wrong length.
 pub fn mass_matrix_batch_into(model: &Model, ws: &mut BatchWorkspace, q: &[f64], M: &mut [f64]) {
-    run(ws, Job { algorithm: Algorithm::MassMatrix, model, inputs: [q, &[], &[]], output: M });
-}
-
-#[derive(Clone, Copy, PartialEq)]
-enum Algorithm {
-    InverseDynamics,
-    ForwardDynamics,
-    MassMatrix,
+    let inputs: [(&[f64], usize); 3] = [(q, model.nq), (&[], 0), (&[], 0)];
+    run_mass_matrix(ws, Job { model, inputs, output: (M, model.nv * model.nv) });
 }
 
 struct Job<'a> {
-    algorithm: Algorithm,
     model: &'a Model,
-    inputs: [&'a [f64]; 3],
-    output: &'a mut [f64],
+    // Numbers of all configurations, and of one.
+    inputs: [(&'a [f64], usize); 3],
+    output: (&'a mut [f64], usize),
 }
 
 impl Job<'_> {
-    /// Numbers of one configuration in the three inputs and the output.
-    fn sizes(&self) -> ([usize; 3], usize) {
-        let Model { nq, nv, .. } = *self.model;
-        match self.algorithm {
-            Algorithm::MassMatrix => ([nq, 0, 0], nv * nv),
-            Algorithm::InverseDynamics | Algorithm::ForwardDynamics => ([nq, nv, nv], nv),
+    /// The count of configurations.
+    fn count(&self) -> usize {
+        let count = self.inputs[0].0.len() / self.inputs[0].1.max(1);
+        for (input, size) in self.inputs {
+            assert_eq!(input.len(), size * count, "q, qd, qdd, tau");
         }
+        assert_eq!(self.output.0.len(), self.output.1 * count, "output");
+        count
     }
 }
 
-fn run(ws: &mut BatchWorkspace, job: Job) {
-    let (sizes, size) = job.sizes();
-    let count = job.inputs[0].len() / sizes[0].max(1);
-    let lengths = job.inputs.map(<[f64]>::len);
-    assert_eq!((lengths, job.output.len()), (sizes.map(|n| n * count), size * count), "inputs, output");
-    match &mut ws.room {
-        Room::Eight(lane) => sweep_eight(lane, job, count),
-        Room::Four(lane) => sweep_four(lane, job, count),
+/// One function for each algorithm and width: a compiler's time grows faster than a function's length.
+macro_rules! algorithm {
+    ($run:ident, $eight:ident, $four:ident, $algorithm:expr) => {
+        fn $run(ws: &mut BatchWorkspace, job: Job) {
+            match &mut ws.room {
+                Room::Eight(lane) => $eight(lane, job),
+                Room::Four(lane) => $four(lane, job),
+            }
+        }
+        wide_forms! {
+            avx512, fn $eight(lane: &mut Lane<8>, job: Job) {
+                sweep(lane, job, $algorithm)
+            }
+        }
+        wide_forms! {
+            avx2, fn $four(lane: &mut Lane<4>, job: Job) {
+                sweep(lane, job, $algorithm)
+            }
+        }
+    };
+}
+algorithm!(run_inverse_dynamics, inverse_dynamics_eight, inverse_dynamics_four, InverseDynamics);
+algorithm!(run_forward_dynamics, forward_dynamics_eight, forward_dynamics_four, ForwardDynamics);
+algorithm!(run_mass_matrix, mass_matrix_eight, mass_matrix_four, MassMatrix);
+
+trait Algorithm {
+    fn run<S: Scalar>(&self, ws: &mut Scratch<S>, c: &Conditions<S>, inputs: [&[S]; 3], output: &mut [S]);
+}
+struct InverseDynamics;
+struct ForwardDynamics;
+struct MassMatrix;
+
+impl Algorithm for InverseDynamics {
+    #[inline(always)]
+    fn run<S: Scalar>(&self, ws: &mut Scratch<S>, c: &Conditions<S>, [q, qd, qdd]: [&[S]; 3], tau: &mut [S]) {
+        rnea::inverse_dynamics(ws, c, q, qd, qdd, tau);
+    }
+}
+impl Algorithm for ForwardDynamics {
+    #[inline(always)]
+    fn run<S: Scalar>(&self, ws: &mut Scratch<S>, c: &Conditions<S>, [q, qd, tau]: [&[S]; 3], qdd: &mut [S]) {
+        hybrid_dynamics::forward_dynamics(ws, c, q, qd, tau, qdd);
+    }
+}
+impl Algorithm for MassMatrix {
+    #[inline(always)]
+    fn run<S: Scalar>(&self, ws: &mut Scratch<S>, c: &Conditions<S>, [q, ..]: [&[S]; 3], M: &mut [S]) {
+        composite_bodies(ws, c, q, M);
     }
 }
 
-wide_forms! {
-    avx512, fn sweep_eight(lane: &mut Lane<8>, job: Job, count: usize) {
-        sweep(lane, job, count)
-    }
-}
-wide_forms! {
-    avx2, fn sweep_four(lane: &mut Lane<4>, job: Job, count: usize) {
-        sweep(lane, job, count)
-    }
-}
-
-// Inlined into its callers, so that each compiles the algorithms for its own instructions.
+// Inlined into its callers, so that each compiles the algorithm for its own instructions.
 #[inline(always)]
-fn sweep<const N: usize>(lane: &mut Lane<N>, job: Job, count: usize) {
-    let (sizes, size) = job.sizes();
+fn sweep<const N: usize>(lane: &mut Lane<N>, job: Job, algorithm: impl Algorithm) {
+    let count = job.count();
     let Lane { scratch, inputs, output } = lane;
     scratch.mechanism.check(job.model);
     debug_assert!(scratch.has_inertias_of(job.model), "workspace of another model");
     let conditions = Conditions { gravity: Vector3::constant(job.model.gravity), armature: &[] };
+    let (all, size) = job.output;
     let output = &mut output[..size];
     for first in (0..count).step_by(N) {
-        for (lanes, (input, n)) in inputs.iter_mut().zip(job.inputs.iter().zip(sizes)) {
+        for (lanes, (input, n)) in inputs.iter_mut().zip(job.inputs) {
             gather(input, n, first, count, lanes);
         }
-        let [q, qd, x] = &*inputs;
-        match job.algorithm {
-            Algorithm::InverseDynamics => rnea::inverse_dynamics(scratch, &conditions, q, qd, x, output),
-            Algorithm::ForwardDynamics => {
-                hybrid_dynamics::forward_dynamics(scratch, &conditions, q, qd, x, output);
-            }
-            Algorithm::MassMatrix => composite_bodies(scratch, &conditions, q, output),
-        }
-        for lane in 0..N.min(count - first) {
-            let own = &mut job.output[(first + lane) * size..][..size];
-            for (number, lanes) in own.iter_mut().zip(&*output) {
-                *number = lanes.0[lane];
-            }
-        }
+        let [a, b, c] = &*inputs;
+        algorithm.run(scratch, &conditions, [a, b, c], output);
+        scatter(output, &mut all[first * size..(first + N).min(count) * size]);
     }
 }
+
+/// Numbers moved at a time between lanes and configurations: what lies in the nearest cache.
+const TILE: usize = 8;
 
 /// The numbers of configurations `first` … side by side; past the end the last one is repeated.
 #[inline(always)]
@@ -225,6 +244,19 @@ fn gather<const N: usize>(input: &[f64], n: usize, first: usize, count: usize, l
         let own = &input[(first + lane).min(count - 1) * n..][..n];
         for (lanes, &number) in lanes.iter_mut().zip(own) {
             lanes.0[lane] = number;
+        }
+    }
+}
+
+/// The lanes of `output` to as many configurations as `all` holds.
+#[inline(always)]
+fn scatter<const N: usize>(output: &[Lanes<N>], all: &mut [f64]) {
+    let size = output.len();
+    for (tile, numbers) in output.chunks(TILE).enumerate() {
+        for (lane, own) in all.chunks_exact_mut(size.max(1)).enumerate() {
+            for (number, lanes) in own[tile * TILE..].iter_mut().zip(numbers) {
+                *number = lanes.0[lane];
+            }
         }
     }
 }

@@ -47,7 +47,6 @@ wide_forms! {
 ///
 /// # Panics
 /// If a slice has the wrong length.
-#[inline(always)]
 pub fn coriolis_matrix_with<S: Scalar>(b: &Bodies<S>, ws: &mut Scratch<S>, q: &[S], qd: &[S], C: &mut [S]) {
     ws.take(b);
     coriolis(ws, q, qd, C);

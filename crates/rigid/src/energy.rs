@@ -83,7 +83,6 @@ wide_forms! {
 ///
 /// # Panics
 /// If a slice has the wrong length.
-#[inline(always)]
 pub fn kinetic_energy_with<S: Scalar>(b: &Bodies<S>, ws: &mut Scratch<S>, q: &[S], qd: &[S]) -> S {
     let conditions = ws.take(b);
     kinetic(ws, &conditions, q, qd)
@@ -96,7 +95,8 @@ fn kinetic<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>, q: &[S], qd: &[S])
     let Scratch { mechanism, at, inertia, body, .. } = ws;
     mechanism.read(q, at);
     let mut twice = S::ZERO;
-    for (k, ((segment, pose), inertia)) in mechanism.poses(q, at).zip(&*inertia).enumerate() {
+    for (k, (segment, inertia)) in mechanism.segments().iter().zip(&*inertia).enumerate() {
+        let pose = mechanism.pose(k, q, at);
         let v_parent = body[segment.parent].velocity;
         let (v, _) = velocity(segment, &pose, v_parent, qd);
         twice += inertia.times(v).dot(v);
@@ -112,7 +112,6 @@ fn kinetic<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>, q: &[S], qd: &[S])
 ///
 /// # Panics
 /// If a slice has the wrong length.
-#[inline(always)]
 pub fn potential_energy_with<S: Scalar>(b: &Bodies<S>, ws: &mut Scratch<S>, q: &[S]) -> S {
     let conditions = ws.take(b);
     potential(ws, &conditions, q)

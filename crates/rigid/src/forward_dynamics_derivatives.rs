@@ -3,9 +3,9 @@
 use nalgebra::DMatrix;
 use sinew_model::{Model, Scalar, wide_forms};
 
-use crate::hybrid_dynamics::forward_dynamics;
+use crate::inverse_dynamics_derivatives::{composites, masses, outward, push, rotors, slopes, torques};
 use crate::scratch::Conditions;
-use crate::{Bodies, Scratch, Workspace, inverse_dynamics_derivatives};
+use crate::{Bodies, Scratch, Workspace};
 
 /// How the accelerations of a robot change with its state and torques; each matrix nv × nv, row: acceleration,
 /// column: what changes.
@@ -87,7 +87,6 @@ wide_forms! {
 ///
 /// # Panics
 /// If a slice has the wrong length.
-#[inline(always)]
 pub fn forward_dynamics_derivatives_with<S: Scalar>(
     b: &Bodies<S>,
     ws: &mut Scratch<S>,
@@ -114,17 +113,35 @@ fn differentiate<S: Scalar>(
     by_velocity: &mut [S],
     by_torque: &mut [S],
 ) {
-    let mut qdd = core::mem::take(&mut ws.solution);
-    forward_dynamics(ws, c, q, qd, tau, &mut qdd);
-    // by_torque is M for a while
-    inverse_dynamics_derivatives::differentiate(ws, c, q, qd, &qdd, by_position, by_velocity, by_torque);
-    ws.solution = qdd;
-    let Scratch { support, grouped, column, .. } = ws;
+    let nv = ws.mechanism.nv();
+    assert_eq!((qd.len(), tau.len()), (nv, nv), "qd, tau");
+    let lengths = (by_position.len(), by_velocity.len(), by_torque.len());
+    assert_eq!(lengths, (nv * nv, nv * nv, nv * nv), "by_position, by_velocity, by_torque");
+    outward(ws, c, q, qd);
+    composites(ws);
+    rotors(c, nv, by_torque);
+    masses(ws, by_torque);
+    let mut h = core::mem::take(&mut ws.torque);
+    torques(ws, &mut h);
+    let Scratch { support, grouped, column, solution: qdd, .. } = &mut *ws;
     grouped.load(by_torque);
-    grouped.factor(support);
+    grouped.factor(support, column);
+    // M q̈ = τ − h
+    for ((x, tau), h) in qdd.iter_mut().zip(tau).zip(&h) {
+        *x = *tau - *h;
+    }
+    grouped.solve(support, qdd);
     grouped.invert(support, column);
     grouped.store(by_torque);
+    ws.torque = h;
+    by_position.fill(S::ZERO);
+    by_velocity.fill(S::ZERO);
+    let qdd = core::mem::take(&mut ws.solution);
+    push(ws, &qdd);
+    ws.solution = qdd;
+    slopes(ws, by_position, by_velocity);
     // ∂q̈/∂x = −M⁻¹ ∂τ/∂x
-    grouped.minus_times(support, by_position, column);
-    grouped.minus_times(support, by_velocity, column);
+    let Scratch { support, grouped, .. } = ws;
+    grouped.minus_times(support, by_position);
+    grouped.minus_times(support, by_velocity);
 }

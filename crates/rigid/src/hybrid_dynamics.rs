@@ -20,7 +20,6 @@ use crate::{Bodies, Scratch};
 /// If a slice has the wrong length.
 ///
 /// Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008, table 7.1.
-#[inline(always)]
 pub fn forward_dynamics_with<S: Scalar>(
     b: &Bodies<S>,
     ws: &mut Scratch<S>,
@@ -65,7 +64,6 @@ pub(crate) fn forward_dynamics<S: Scalar>(
 /// If a slice has the wrong length.
 ///
 /// Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008, section 9.1.
-#[inline(always)]
 pub fn hybrid_dynamics_with<S: Scalar>(
     b: &Bodies<S>,
     ws: &mut Scratch<S>,
@@ -111,7 +109,7 @@ pub fn hybrid_response_with<S: Scalar>(
     identity_where(|dof| imposed[dof], response, nv);
     let Scratch { support, grouped, column, .. } = &mut *ws;
     grouped.load(response);
-    grouped.factor(support);
+    grouped.factor(support, column);
     grouped.invert(support, column);
     grouped.store(response);
     for j in 0..nv {
@@ -164,7 +162,8 @@ fn outward<S: Scalar>(ws: &mut Scratch<S>, q: &[S], qd: &[S]) {
     let Scratch { mechanism, at, inertia, body, articulated, .. } = ws;
     mechanism.read(q, at);
     let mut last = Motion::ZERO;
-    for (k, ((segment, pose), inertia)) in mechanism.poses(q, at).zip(&*inertia).enumerate() {
+    for (k, (segment, inertia)) in mechanism.segments().iter().zip(&*inertia).enumerate() {
+        let pose = mechanism.pose(k, q, at);
         // along a chain the parent is the body before, and stays in registers
         let near = S::FITS_REGISTERS && segment.parent == k;
         let v_parent = if near { last } else { body[segment.parent].velocity };
@@ -290,7 +289,7 @@ fn by_mass_matrix<S: Scalar>(
     composite_bodies(ws, c, q, &mut M);
     identity_where(&imposed, &mut M, nv);
     ws.grouped.load(&M);
-    ws.grouped.factor(&ws.support);
+    ws.grouped.factor(&ws.support, &mut ws.column);
     ws.grouped.solve(&ws.support, &mut x);
     for dof in (0..nv).filter(|&dof| !imposed(dof)) {
         qdd[dof] = x[dof];

@@ -48,7 +48,6 @@ wide_forms! {
 ///
 /// # Panics
 /// If a slice has the wrong length.
-#[inline(always)]
 pub fn inverse_mass_matrix_with<S: Scalar>(b: &Bodies<S>, ws: &mut Scratch<S>, q: &[S], M_inverse: &mut [S]) {
     let conditions = ws.take(b);
     invert(ws, &conditions, q, M_inverse);
@@ -60,7 +59,7 @@ fn invert<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>, q: &[S], M_inverse:
     composite_bodies(ws, c, q, M_inverse);
     let Scratch { support, grouped, column, .. } = ws;
     grouped.load(M_inverse);
-    grouped.factor(support);
+    grouped.factor(support, column);
     grouped.invert(support, column);
     grouped.store(M_inverse);
 }

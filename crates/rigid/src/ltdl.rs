@@ -8,22 +8,24 @@ use crate::support::Support;
 #[derive(Debug, Clone)]
 pub(crate) struct Grouped<S> {
     entries: Vec<S>,
+    // One column.
+    sum: Vec<S>,
     n: usize,
-    // Numbers of a column: n and what fills the last group.
+    // Numbers of a column: n and what fills the last pair of groups.
     height: usize,
 }
 
 impl<S: Scalar> Grouped<S> {
     /// Room for n × n numbers.
     pub(crate) fn new(n: usize) -> Self {
-        let height = usize::next_multiple_of(n, S::GROUP);
-        Self { entries: vec![S::ZERO; n * height], n, height }
+        let height = usize::next_multiple_of(n, 2 * S::GROUP).max(1);
+        Self { entries: vec![S::ZERO; n * height], sum: vec![S::ZERO; height], n, height }
     }
 
     /// Takes an n × n matrix by columns.
     #[inline(always)]
     pub(crate) fn load(&mut self, A: &[S]) {
-        let columns = A.chunks_exact(self.n.max(1)).zip(self.entries.chunks_exact_mut(self.height.max(1)));
+        let columns = A.chunks_exact(self.n.max(1)).zip(self.entries.chunks_exact_mut(self.height));
         for (from, to) in columns {
             to[..self.n].copy_from_slice(from);
         }
@@ -32,7 +34,7 @@ impl<S: Scalar> Grouped<S> {
     /// Writes all of the matrix by columns.
     #[inline(always)]
     pub(crate) fn store(&self, A: &mut [S]) {
-        let columns = A.chunks_exact_mut(self.n.max(1)).zip(self.entries.chunks_exact(self.height.max(1)));
+        let columns = A.chunks_exact_mut(self.n.max(1)).zip(self.entries.chunks_exact(self.height));
         for (to, from) in columns {
             to.copy_from_slice(&from[..self.n]);
         }
@@ -48,13 +50,7 @@ impl<S: Scalar> Grouped<S> {
         self.entries[self.height * j + i] = x;
     }
 
-    /// Rows `row` and following of column `j`, as many as a group holds.
-    #[inline(always)]
-    fn group(&self, row: usize, j: usize) -> S::Group {
-        S::group(&self.entries[self.height * j + row..][..S::GROUP])
-    }
-
-    /// Factors the matrix in place: L, without its unit diagonal, above the diagonal; 1/D on it.
+    /// Factors the matrix in place: L, without its unit diagonal, above the diagonal; 1/D on it. `room`: n numbers.
     ///
     /// ```text
     /// A = Lᵀ D L,   L_kj ≠ 0 only where j carries k
@@ -62,24 +58,29 @@ impl<S: Scalar> Grouped<S> {
     ///
     /// Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008, table 6.3.
     #[inline(always)]
-    pub(crate) fn factor(&mut self, support: &Support) {
-        let height = self.height;
+    pub(crate) fn factor(&mut self, support: &Support, room: &mut [S]) {
+        let (height, width) = (self.height, S::GROUP);
         for k in (0..self.n).rev() {
-            let d_inverse = self.get(k, k).recip();
-            self.set(k, k, d_inverse);
-            for &(start, end) in support.ancestors(k).iter().rev() {
-                for i in (start..end).rev() {
+            let (before, own) = self.entries.split_at_mut(height * k);
+            let own = &mut own[..height];
+            let d_inverse = own[k].recip();
+            for &(start, end) in support.ancestors(k) {
+                for i in start..end {
                     // A_ij = A_ij − a A_kj,   a = A_ki/A_kk,   for j up to i
-                    let a = self.get(i, k) * d_inverse;
-                    let (before, own) = self.entries.split_at_mut(height * k);
-                    let whole = usize::next_multiple_of(i + 1, S::GROUP);
-                    let column = before[height * i..height * i + whole].chunks_exact_mut(S::GROUP);
-                    for (x, y) in column.zip(own[..whole].chunks_exact(S::GROUP)) {
+                    let a = own[i] * d_inverse;
+                    // written to the column at the end: what was just written is slow to read in groups
+                    room[i] = a;
+                    let whole = usize::next_multiple_of(i + 1, width);
+                    let column = before[height * i..height * i + whole].chunks_exact_mut(width);
+                    for (x, y) in column.zip(own[..whole].chunks_exact(width)) {
                         S::ungroup(S::group(x) - S::group(y) * a.repeated(), x);
                     }
-                    self.set(i, k, a);
                 }
             }
+            for &(start, end) in support.ancestors(k) {
+                own[start..end].copy_from_slice(&room[start..end]);
+            }
+            own[k] = d_inverse;
         }
     }
 
@@ -90,21 +91,18 @@ impl<S: Scalar> Grouped<S> {
     /// ```
     #[inline(always)]
     pub(crate) fn invert(&mut self, support: &Support, room: &mut [S]) {
-        let height = self.height;
+        let (height, width) = (self.height, S::GROUP);
         for i in 0..self.n {
             let d_inverse = self.get(i, i);
             let ancestors = support.ancestors(i);
             for &(start, end) in ancestors {
                 (start..end).for_each(|j| room[j] = self.get(j, i));
             }
-            for row in (0..i).step_by(S::GROUP) {
-                let mut sum = S::Group::ZERO;
-                for &(start, end) in ancestors {
-                    for j in start..end {
-                        sum -= self.group(row, j) * room[j].repeated();
-                    }
-                }
-                S::ungroup(sum, &mut self.entries[height * i + row..][..S::GROUP]);
+            let (before, own) = self.entries.split_at_mut(height * i);
+            for row in (0..i).step_by(2 * width) {
+                let [low, high] = minus_sum(before, height, row, ancestors, room);
+                S::ungroup(low, &mut own[row..row + width]);
+                S::ungroup(high, &mut own[row + width..row + 2 * width]);
             }
             let mut diagonal = d_inverse;
             for &(start, end) in ancestors {
@@ -139,20 +137,38 @@ impl<S: Scalar> Grouped<S> {
 
     /// −A x for each column x of `X`, n × n, which has the zeros of the mass matrix; all numbers of A must stand.
     #[inline(always)]
-    pub(crate) fn minus_times(&self, support: &Support, X: &mut [S], room: &mut [S]) {
-        for (k, x) in X.chunks_exact_mut(self.n.max(1)).enumerate() {
-            room.copy_from_slice(x);
-            for (g, y) in x.chunks_mut(S::GROUP).enumerate() {
-                let mut sum = S::Group::ZERO;
-                for &(start, end) in support.related(k) {
-                    for j in start..end {
-                        sum -= self.group(S::GROUP * g, j) * room[j].repeated();
-                    }
-                }
-                S::ungroup(sum, y);
+    pub(crate) fn minus_times(&mut self, support: &Support, X: &mut [S]) {
+        let Self { entries, sum, n, height } = self;
+        for (k, x) in X.chunks_exact_mut((*n).max(1)).enumerate() {
+            for (pair, sum) in sum.chunks_exact_mut(2 * S::GROUP).enumerate() {
+                let [low, high] = minus_sum(entries, *height, 2 * S::GROUP * pair, support.related(k), x);
+                S::ungroup(low, &mut sum[..S::GROUP]);
+                S::ungroup(high, &mut sum[S::GROUP..]);
             }
+            x.copy_from_slice(&sum[..*n]);
         }
     }
+}
+
+/// −Σ_j a_j x_j, the columns x_j one after the other in `columns`, for two groups of rows from `row` on.
+#[inline(always)]
+fn minus_sum<S: Scalar>(
+    entries: &[S],
+    height: usize,
+    row: usize,
+    ranges: &[(usize, usize)],
+    a: &[S],
+) -> [S::Group; 2] {
+    let (mut low, mut high) = (S::Group::ZERO, S::Group::ZERO);
+    for &(start, end) in ranges {
+        let columns = entries[height * start..height * end].chunks_exact(height);
+        for (column, a) in columns.zip(&a[start..end]) {
+            let rows = &column[row..row + 2 * S::GROUP];
+            low -= S::group(&rows[..S::GROUP]) * a.repeated();
+            high -= S::group(&rows[S::GROUP..]) * a.repeated();
+        }
+    }
+    [low, high]
 }
 
 #[cfg(test)]
@@ -173,7 +189,7 @@ mod tests {
         let b = [1.0, -2.0, 3.0];
         let (mut LD, mut x) = (Grouped::new(3), b);
         LD.load(&A);
-        LD.factor(&support());
+        LD.factor(&support(), &mut [0.0; 3]);
         LD.solve(&support(), &mut x);
         for i in 0..3 {
             let row: f64 = (0..3).map(|j| A[i + 3 * j] * x[j]).sum();
@@ -185,7 +201,7 @@ mod tests {
     fn a_matrix_times_its_inverse_is_one() {
         let (mut grouped, mut inverse) = (Grouped::new(3), A);
         grouped.load(&A);
-        grouped.factor(&support());
+        grouped.factor(&support(), &mut [0.0; 3]);
         grouped.invert(&support(), &mut [0.0; 3]);
         grouped.store(&mut inverse);
         for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 use sinew_model::{Force, Inertia, Model, Motion, Scalar, Segment, SegmentKind, wide_forms};
 
 use crate::scratch::Conditions;
-use crate::slots::{self, component, move_to_parent};
+use crate::slots::{self, move_to_parent};
 use crate::{Bodies, Scratch, Workspace};
 
 /// The mass matrix (composite rigid bodies).
@@ -47,7 +47,6 @@ wide_forms! {
 ///
 /// # Panics
 /// If a slice has the wrong length.
-#[inline(always)]
 pub fn mass_matrix_with<S: Scalar>(b: &Bodies<S>, ws: &mut Scratch<S>, q: &[S], M: &mut [S]) {
     let conditions = ws.take(b);
     composite_bodies(ws, &conditions, q, M);
@@ -65,8 +64,8 @@ pub(crate) fn composite_bodies<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>
     let Scratch { mechanism, at, inertia, body, composite, slots, forces, .. } = ws;
     mechanism.read(q, at);
     composite[1..].copy_from_slice(inertia);
-    for (own, (_, pose)) in body[1..].iter_mut().zip(mechanism.poses(q, at)) {
-        own.pose = pose;
+    for k in 0..mechanism.segments().len() {
+        body[k + 1].pose = mechanism.pose(k, q, at);
     }
     let mut carried = Inertia::default();
     for (k, segment) in mechanism.segments().iter().enumerate().rev() {
@@ -78,17 +77,18 @@ pub(crate) fn composite_bodies<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>
         }
         // F = I_c S of the own axes; those of the subtree have been moved here
         for axis in 0..segment.nv() {
-            slots::put(forces, slots.of(segment.first_axis + axis), momentum(&I, segment, axis));
+            slots::put(forces, slots.place(segment.first_axis + axis), momentum(&I, segment, axis));
         }
         for axis in 0..segment.nv() {
             // M_ij = S_i·F_j
             let row = segment.first_dof + axis;
-            for &(slot, column) in slots.subtree(k, axis) {
-                let entry = component(forces, slot, component_along(segment, axis)) * segment.ratio;
+            let feels = S::GROUP * component_along(segment, axis);
+            let columns = slots.subtree(k, axis);
+            M[row + nv * row] += forces[columns[0].0 + feels] * segment.ratio;
+            for &(place, column) in &columns[1..] {
+                let entry = forces[place + feels] * segment.ratio;
                 M[row + nv * column] += entry;
-                if row != column || slot != slots.of(segment.first_axis + axis) {
-                    M[column + nv * row] += entry;
-                }
+                M[column + nv * row] += entry;
             }
         }
         if segment.parent > 0 {

@@ -51,7 +51,6 @@ wide_forms! {
 ///
 /// # Panics
 /// If a slice has the wrong length.
-#[inline(always)]
 pub fn regressor_with<S: Scalar>(
     b: &Bodies<S>,
     ws: &mut Scratch<S>,

@@ -17,7 +17,6 @@ use crate::{Bodies, Scratch};
 /// If a slice has the wrong length.
 ///
 /// Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008, table 5.1.
-#[inline(always)]
 pub fn inverse_dynamics_with<S: Scalar>(
     b: &Bodies<S>,
     ws: &mut Scratch<S>,
@@ -48,7 +47,8 @@ pub(crate) fn inverse_dynamics<S: Scalar>(
     body[0].acceleration = ground;
     // Along a chain the parent is the body before, and stays in registers.
     let mut last = (Motion::ZERO, ground);
-    for (k, ((segment, pose), inertia)) in mechanism.poses(q, at).zip(&*inertia).enumerate() {
+    for (k, (segment, inertia)) in mechanism.segments().iter().zip(&*inertia).enumerate() {
+        let pose = mechanism.pose(k, q, at);
         let (v_parent, a_parent) = if S::FITS_REGISTERS && segment.parent == k {
             last
         } else {

@@ -24,7 +24,9 @@ pub struct Scratch<S> {
     // Of the world and of each segment: row k + 1 for segment k.
     pub(crate) body: Vec<Body<S>>,
     pub(crate) world: Vec<Pose<S>>,
+    pub(crate) placed: Vec<Inertia<S>>,
     pub(crate) composite: Vec<Inertia<S>>,
+    pub(crate) subtree_force: Vec<Force<S>>,
     pub(crate) articulated: Vec<ArticulatedInertia<S>>,
     pub(crate) transport: Vec<Transport<S>>,
     // Forces of unit accelerations along each axis, side by side.
@@ -114,6 +116,8 @@ impl<S: Scalar> Scratch<S> {
             inertia: mechanism.segments().iter().zip(&model.joints).map(of_segment).collect(),
             body: vec![Body::resting(); rows],
             world: vec![Pose::identity(); rows],
+            placed: vec![Inertia::default(); rows],
+            subtree_force: vec![Force::ZERO; rows],
             composite: vec![Inertia::default(); rows],
             articulated: vec![ArticulatedInertia::default(); rows],
             transport: vec![Transport::ZERO; rows],
@@ -158,7 +162,8 @@ impl<S: Scalar> Scratch<S> {
         let Self { mechanism, at, world, .. } = self;
         mechanism.read(q, at);
         let mut last = Pose::identity();
-        for (k, (segment, mut pose)) in mechanism.poses(q, at).enumerate() {
+        for (k, segment) in mechanism.segments().iter().enumerate() {
+            let mut pose = mechanism.pose(k, q, at);
             if segment.parent == 0 && segment.nv() == 6 {
                 pose.translation = Vector3::ZERO;
             }

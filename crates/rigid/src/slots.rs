@@ -10,11 +10,11 @@ use sinew_model::{Force, Mechanism, Pose, Scalar};
 /// same chain nearer to the base, whose columns are not yet written when the subtree is moved.
 #[derive(Debug, Clone)]
 pub(crate) struct Slots {
-    // Of each axis.
-    slot: Vec<usize>,
+    // Of each axis: where the first component of its force stands.
+    place: Vec<usize>,
     // Of each segment: groups of its subtree.
     groups: Vec<Range<usize>>,
-    // Of each segment: its own axes and those of its subtree, slot and degree of freedom.
+    // Of each segment: its own axes and those of its subtree, place and degree of freedom.
     first: Vec<usize>,
     subtree: Vec<(usize, usize)>,
     room: usize,
@@ -51,6 +51,7 @@ impl Slots {
         }
         let range = |k: usize| slot[segments[k].first_axis] / width..usize::div_ceil(ends[k], width);
         let groups = (0..segments.len()).map(range).collect();
+        let place: Vec<usize> = slot.iter().map(|slot| slot / width * 6 * width + slot % width).collect();
         let (mut first, mut subtree) = (vec![0], Vec::new());
         for k in 0..segments.len() {
             let carried = |mut row: usize| {
@@ -61,11 +62,11 @@ impl Slots {
             };
             for other in (k..segments.len()).filter(|&j| carried(j + 1)).map(|j| &segments[j]) {
                 let axes = 0..other.nv();
-                subtree.extend(axes.map(|l| (slot[other.first_axis + l], other.first_dof + l)));
+                subtree.extend(axes.map(|l| (place[other.first_axis + l], other.first_dof + l)));
             }
             first.push(subtree.len());
         }
-        Self { slot, groups, first, subtree, room: 6 * usize::next_multiple_of(next, width) }
+        Self { place, groups, first, subtree, room: 6 * usize::next_multiple_of(next, width) }
     }
 
     /// Numbers of all groups: each is six rows of as many columns as the group is wide.
@@ -73,10 +74,10 @@ impl Slots {
         self.room
     }
 
-    /// The slot of an axis.
+    /// Where the first component of the force of an axis stands; the others follow at the width of a group.
     #[inline(always)]
-    pub(crate) fn of(&self, axis: usize) -> usize {
-        self.slot[axis]
+    pub(crate) fn place(&self, axis: usize) -> usize {
+        self.place[axis]
     }
 
     /// Groups of the axes of segment `k` and its subtree.
@@ -85,23 +86,17 @@ impl Slots {
         self.groups[k].clone()
     }
 
-    /// Slot and degree of freedom of the axes of segment `k` from its axis `from` on, and of its subtree.
+    /// Place and degree of freedom of the axes of segment `k` from its axis `from` on, and of its subtree.
     #[inline(always)]
     pub(crate) fn subtree(&self, k: usize, from: usize) -> &[(usize, usize)] {
         &self.subtree[self.first[k] + from..self.first[k + 1]]
     }
 }
 
-/// Component `row` of the force in slot `slot`.
+/// Puts a force at a place.
 #[inline(always)]
-pub(crate) fn component<S: Scalar>(forces: &[S], slot: usize, row: usize) -> S {
-    forces[(slot / S::GROUP * 6 + row) * S::GROUP + slot % S::GROUP]
-}
-
-/// Puts a force into slot `slot`.
-#[inline(always)]
-pub(crate) fn put<S: Scalar>(forces: &mut [S], slot: usize, F: Force<S>) {
-    let column = &mut forces[slot / S::GROUP * 6 * S::GROUP + slot % S::GROUP..];
+pub(crate) fn put<S: Scalar>(forces: &mut [S], place: usize, F: Force<S>) {
+    let column = &mut forces[place..][..5 * S::GROUP + 1];
     for (row, x) in F.to_array().into_iter().enumerate() {
         column[row * S::GROUP] = x;
     }
@@ -113,9 +108,12 @@ pub(crate) fn move_to_parent<S: Scalar>(forces: &mut [S], groups: Range<usize>, 
     let X = pose.repeated();
     let size = 6 * S::GROUP;
     for group in forces[size * groups.start..size * groups.end].chunks_exact_mut(size) {
-        let row = |k: usize| S::group(&group[k * S::GROUP..][..S::GROUP]);
-        let (n, f) = ([row(0), row(1), row(2)], [row(3), row(4), row(5)]);
-        let F = X.force_to_parent(Force::new(n.into(), f.into())).to_array();
+        let mut rows = [S::Group::ZERO; 6];
+        for (to, from) in rows.iter_mut().zip(group.chunks_exact(S::GROUP)) {
+            *to = S::group(from);
+        }
+        let [a, b, c, d, e, f] = rows;
+        let F = X.force_to_parent(Force::new([a, b, c].into(), [d, e, f].into())).to_array();
         for (to, from) in group.chunks_exact_mut(S::GROUP).zip(F) {
             S::ungroup(from, to);
         }

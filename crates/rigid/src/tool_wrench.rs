@@ -16,7 +16,6 @@ use crate::{Bodies, Scratch};
 ///
 /// # Panics
 /// If a slice has the wrong length or there is no such link.
-#[inline(always)]
 pub fn tool_wrench_with<S: Scalar>(
     b: &Bodies<S>,
     ws: &mut Scratch<S>,
