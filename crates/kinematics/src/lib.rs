@@ -20,6 +20,7 @@ mod body_poses;
 mod centre_of_mass;
 mod compliance;
 mod displacement;
+mod hessian;
 mod jacobian;
 mod jacobian_rate;
 mod link_motion;
@@ -36,6 +37,7 @@ pub use compliance::compliance;
 pub use displacement::{
     difference, difference_into, integrate, integrate_into, position_rate, position_rate_with,
 };
+pub use hessian::{hessian, hessian_into, hessian_with};
 pub use jacobian::{jacobian, jacobian_into, jacobian_with, joint_axes, joint_axes_into, joint_axes_with};
 pub use jacobian_rate::{jacobian_rate, jacobian_rate_into, jacobian_rate_with};
 pub use link_motion::{

@@ -4,8 +4,9 @@
 use nalgebra::{DMatrix, DVector, Matrix6xX};
 use sinew_kinematics::{
     Axes, Scratch, centre_of_mass, centre_of_mass_jacobian, centre_of_mass_with, classical_acceleration,
-    compliance, difference, integrate, jacobian, jacobian_rate, jacobian_with, link_acceleration, link_pose,
-    link_pose_with, link_velocity, link_velocity_with, position_rate,
+    compliance, difference, hessian, integrate, jacobian, jacobian_rate, jacobian_with, joint_axes,
+    link_acceleration, link_pose, link_pose_with, link_poses, link_velocity, link_velocity_with,
+    position_rate,
 };
 use sinew_model::samples::{Random, random_tree};
 use sinew_model::{Dual, Inertia, Lanes, LinkId, Model, Motion, Scalar};
@@ -191,4 +192,69 @@ fn a_link_fixed_to_the_world_does_not_move() {
     let model = random_tree(4, 2);
     let J = jacobian(&model, &Random::new(1).position(&model), LinkId(0), Axes::World);
     assert_eq!(J, Matrix6xX::zeros(model.nv));
+}
+
+#[test]
+fn the_hessian_is_the_derivative_of_the_jacobian() {
+    for case in cases() {
+        for axes in AXES {
+            let H = hessian(&case.model, &case.q, case.link, axes);
+            for (k, got) in H.iter().enumerate() {
+                let unit: Vec<f64> = (0..case.model.nv).map(|i| if i == k { 1.0 } else { 0.0 }).collect();
+                let along = position_rate(&case.model, &case.q, &unit);
+                let q = case.q.iter().zip(along);
+                let q: Vec<_> = q.map(|(&value, rate)| Dual { value, derivative: [rate] }).collect();
+                let mut J = vec![Dual::<1>::ZERO; 6 * case.model.nv];
+                jacobian_with(&case.model, &mut Scratch::new(&case.model), &q, case.link, axes, &mut J);
+                let want = DVector::from_iterator(J.len(), J.iter().map(|x| x.derivative[0]));
+                assert_close(&DVector::from_row_slice(got.as_slice()), &want);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_hessian_along_the_rates_is_the_jacobian_rate() {
+    for case in cases() {
+        for axes in AXES {
+            let H = hessian(&case.model, &case.q, case.link, axes);
+            let along =
+                H.iter().zip(&case.qd).fold(Matrix6xX::zeros(case.model.nv), |sum, (H, x)| sum + H * *x);
+            let want = jacobian_rate(&case.model, &case.q, &case.qd, case.link, axes);
+            assert_close(
+                &DVector::from_row_slice(along.as_slice()),
+                &DVector::from_row_slice(want.as_slice()),
+            );
+        }
+    }
+}
+
+#[test]
+fn the_axes_of_the_joints_that_carry_a_link_are_its_jacobian() {
+    for case in cases().filter(|case| !case.model.has_mimic()) {
+        let mut want = joint_axes(&case.model, &case.q);
+        let mut carries = vec![false; case.model.nv];
+        let mut body = case.model.links[case.link.0].body;
+        while let Some(id) = body {
+            let joint = &case.model.joints[id.0];
+            carries[joint.first_dof..joint.first_dof + joint.kind.nv()].fill(true);
+            body = joint.parent;
+        }
+        for (dof, _) in carries.iter().enumerate().filter(|(_, carries)| !**carries) {
+            want.column_mut(dof).fill(0.0);
+        }
+        let J = jacobian(&case.model, &case.q, case.link, Axes::World);
+        assert_close(&DVector::from_row_slice(J.as_slice()), &DVector::from_row_slice(want.as_slice()));
+    }
+}
+
+#[test]
+fn all_links_at_once_stand_where_each_one_does() {
+    for case in cases() {
+        for (k, pose) in link_poses(&case.model, &case.q).iter().enumerate() {
+            let alone = link_pose(&case.model, &case.q, LinkId(k));
+            assert!((pose.translation - alone.translation).norm() < ALGEBRA);
+            assert!((pose.rotation.rows[0] - alone.rotation.rows[0]).norm() < ALGEBRA);
+        }
+    }
 }

@@ -19,10 +19,13 @@
 //! ```
 #![allow(non_snake_case)]
 
+mod base_parameters;
 mod batch;
 mod bodies;
+mod centroidal_momentum;
 mod coriolis;
 mod energy;
+mod energy_regressor;
 mod forward_dynamics;
 mod forward_dynamics_derivatives;
 mod hybrid_dynamics;
@@ -39,15 +42,25 @@ mod support;
 mod tool_wrench;
 mod workspace;
 
+pub use base_parameters::{BaseParameters, ParameterGroup, base_parameters};
 pub use batch::{
     BatchWorkspace, forward_dynamics_batch, forward_dynamics_batch_into, inverse_dynamics_batch,
     inverse_dynamics_batch_into, mass_matrix_batch, mass_matrix_batch_into,
 };
 pub use bodies::{Bodies, inertias};
+pub use centroidal_momentum::{
+    centroidal_momentum, centroidal_momentum_into, centroidal_momentum_matrix,
+    centroidal_momentum_matrix_into, centroidal_momentum_matrix_with, centroidal_momentum_rate,
+    centroidal_momentum_rate_into, centroidal_momentum_with,
+};
 pub use coriolis::{coriolis_matrix, coriolis_matrix_into, coriolis_matrix_with};
 pub use energy::{
     kinetic_energy, kinetic_energy_into, kinetic_energy_with, potential_energy, potential_energy_into,
     potential_energy_with,
+};
+pub use energy_regressor::{
+    kinetic_energy_regressor, kinetic_energy_regressor_into, kinetic_energy_regressor_with,
+    potential_energy_regressor, potential_energy_regressor_into, potential_energy_regressor_with,
 };
 pub use forward_dynamics::{forward_dynamics, forward_dynamics_into};
 pub use forward_dynamics_derivatives::{

@@ -4,9 +4,12 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use sinew_kinematics::{Axes, difference_into, integrate_into, jacobian_into, jacobian_rate_into};
+use sinew_kinematics::{
+    Axes, difference_into, hessian_into, integrate_into, jacobian_into, jacobian_rate_into, joint_axes_into,
+    link_poses_into,
+};
 use sinew_model::samples::{Random, random_tree};
-use sinew_model::{Dual, Scalar};
+use sinew_model::{Dual, Pose, Scalar};
 use sinew_rigid::*;
 
 struct Counting;
@@ -43,7 +46,8 @@ fn forms_with_a_workspace_do_not_allocate() {
         let mut random = Random::new(seed);
         let (q, qd, qdd) = (random.position(&model), random.vector(nv), random.vector(nv));
         let (mut tau, mut M) = (vec![0.0; nv], vec![0.0; nv * nv]);
-        let (mut A, mut B) = (M.clone(), M.clone());
+        let (mut A, mut B, mut J) = (M.clone(), M.clone(), vec![0.0; 6 * nv]);
+        let mut y = vec![0.0; PARAMETERS * model.joints.len()];
         let mut Y = vec![0.0; nv * PARAMETERS * model.joints.len()];
         let mut ws = Workspace::new(&model);
         let count = allocations(|| {
@@ -59,6 +63,11 @@ fn forms_with_a_workspace_do_not_allocate() {
             forward_dynamics_derivatives_into(&model, &mut ws, &q, &qd, &qdd, &mut M, &mut A, &mut B);
             kinetic_energy_into(&model, &mut ws, &q, &qd);
             potential_energy_into(&model, &mut ws, &q);
+            kinetic_energy_regressor_into(&model, &mut ws, &q, &qd, &mut y);
+            potential_energy_regressor_into(&model, &mut ws, &q, &mut y);
+            centroidal_momentum_into(&model, &mut ws, &q, &qd);
+            centroidal_momentum_rate_into(&model, &mut ws, &q, &qd, &qdd);
+            centroidal_momentum_matrix_into(&model, &mut ws, &q, &mut J);
         });
         assert_eq!(count, 0);
     }
@@ -76,12 +85,17 @@ fn batches_and_kinematics_with_a_workspace_do_not_allocate() {
     let (mut J, mut moved) = (vec![0.0; 6 * nv], vec![0.0; model.nq]);
     let (mut batch, mut ws) = (BatchWorkspace::new(&model), sinew_kinematics::Workspace::new(&model));
     let tip = model.last_link();
+    let (mut H, mut poses) = (vec![0.0; 6 * nv * nv], vec![Pose::identity(); model.links.len()]);
+    let mut axes = vec![0.0; 6 * sinew_model::Mechanism::new(&model).axes()];
     let count = allocations(|| {
         inverse_dynamics_batch_into(&model, &mut batch, &q, &qd, &qd, &mut out);
         forward_dynamics_batch_into(&model, &mut batch, &q, &qd, &qd, &mut out);
         mass_matrix_batch_into(&model, &mut batch, &q, &mut M);
         jacobian_into(&model, &mut ws, one, tip, Axes::Local, &mut J);
         jacobian_rate_into(&model, &mut ws, one, rate, tip, Axes::World, &mut J);
+        hessian_into(&model, &mut ws, one, tip, Axes::World, &mut H);
+        joint_axes_into(&model, &mut ws, one, &mut axes);
+        link_poses_into(&model, &mut ws, one, &mut poses);
         integrate_into(&model, one, rate, &mut moved);
         difference_into(&model, one, &moved, &mut out[..nv]);
     });

@@ -8,15 +8,16 @@ use std::path::{Path, PathBuf};
 use nalgebra::{DMatrix, DVector};
 use serde_json::Value;
 use sinew_kinematics::{
-    Axes, centre_of_mass, centre_of_mass_jacobian, classical_acceleration, jacobian, jacobian_rate,
+    Axes, centre_of_mass, centre_of_mass_jacobian, classical_acceleration, hessian, jacobian, jacobian_rate,
     link_acceleration, link_pose, link_velocity,
 };
 use sinew_model::{Force, LinkId, Model, Motion};
 use sinew_rigid::{
-    Bodies, Scratch, bias, coriolis_matrix, forward_dynamics, forward_dynamics_derivatives,
+    Bodies, Scratch, base_parameters, bias, centroidal_momentum, centroidal_momentum_matrix,
+    centroidal_momentum_rate, coriolis_matrix, forward_dynamics, forward_dynamics_derivatives,
     forward_dynamics_with, gravity, inertias, inverse_dynamics, inverse_dynamics_derivatives,
-    inverse_dynamics_with, inverse_mass_matrix, kinetic_energy, mass_matrix, potential_energy, regressor,
-    tool_wrench_with,
+    inverse_dynamics_with, inverse_mass_matrix, kinetic_energy, kinetic_energy_regressor, mass_matrix,
+    potential_energy, potential_energy_regressor, regressor, tool_wrench_with,
 };
 use support::{Reading, matrix, numbers, read_urdf, vector};
 
@@ -141,10 +142,22 @@ fn every_robot_agrees_with_pinocchio() {
             compare_dynamics(&comparison);
             compare_with_wrench_and_armature(&comparison, &numbers(&file["armature"]));
             compare_derivatives(&comparison);
+            compare_momentum_and_energy_maps(&comparison);
             states += 1;
         }
     }
     assert_eq!(states, 696, "states compared");
+}
+
+#[test]
+fn arms_whose_first_axis_is_vertical_have_as_many_base_parameters_as_theory_says() {
+    let Some(folder) = shared() else { return };
+    // 7 for each turning joint, less 4 for the first, less 2 for an axis along gravity (Gautier & Khalil 1990)
+    for (name, count) in [("ur5", 36), ("iiwa14_no_collision", 43), ("kinova_gen3", 43)] {
+        let (_, _, urdf) = read(&folder, &folder.join(format!("rigid/{name}.json")));
+        let model = read_urdf(&urdf, Reading::Independent);
+        assert_eq!(base_parameters(&model).groups.len(), count, "{name}");
+    }
 }
 
 #[test]
@@ -255,6 +268,37 @@ fn compare_with_wrench_and_armature(c: &Comparison, armature: &[f64]) {
     c.dofs("inverse_dynamics_with_wrench", &needed, ALGEBRA);
     let total: Vec<f64> = tau.iter().zip(&pushed).map(|(a, b)| a + b).collect();
     c.dofs("forward_dynamics_with_wrench", &forward_dynamics(m, &q, &qd, &total), c.solution());
+}
+
+fn compare_momentum_and_energy_maps(c: &Comparison) {
+    let (m, dof) = (&c.robot.model, &c.robot.dof[..]);
+    let (q, qd) = (c.get("position", &c.robot.q), c.get("velocity", dof));
+    let qdd = c.get("acceleration", dof);
+    let want = |key: &str| numbers(&c.state[key]);
+    let h = centroidal_momentum(m, &q, &qd);
+    c.close("centroidal_momentum", &h.to_array(), &want("centroidal_momentum"), ALGEBRA);
+    let rate = centroidal_momentum_rate(m, &q, &qd, &qdd);
+    c.close("centroidal_momentum_rate", &rate.to_array(), &want("centroidal_momentum_rate"), ALGEBRA);
+    let table = |columns: usize, x: &[f64]| DMatrix::from_column_slice(x.len() / columns, columns, x);
+    let A = centroidal_momentum_matrix(m, &q);
+    c.table("centroidal_momentum_matrix", &table(m.nv, A.as_slice()), None, dof, ALGEBRA);
+    let T = kinetic_energy_regressor(m, &q, &qd);
+    let U = potential_energy_regressor(m, &q);
+    for (key, y) in [("kinetic_energy_regressor", T), ("potential_energy_regressor", U)] {
+        if c.state.get(key).is_some() {
+            c.close(key, y.as_slice(), &c.get(key, &c.robot.parameter), ALGEBRA);
+        }
+    }
+    if let Some(file) = c.state.get("kinematic_hessian_world_aligned") {
+        let H = hessian(m, &q, c.robot.tool, Axes::WorldAligned);
+        for (k, H) in H.iter().enumerate() {
+            let all = matrix(&file[dof[k]]);
+            let want = DMatrix::from_fn(6, m.nv, |i, j| all[(i, dof[j])]);
+            let scale = H.amax().max(1.0);
+            let error = (table(m.nv, H.as_slice()) - want).amax();
+            assert!(error < ALGEBRA * scale, "{} hessian {k}: {error:e}", c.name);
+        }
+    }
 }
 
 fn compare_derivatives(c: &Comparison) {
