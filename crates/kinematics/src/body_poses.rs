@@ -1,5 +1,8 @@
 //! Forward kinematics: where every body and every link is.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use sinew_model::{LinkId, Model, Pose, Scalar, wide_forms};
 
 use crate::{Scratch, Workspace};

@@ -1,5 +1,7 @@
 //! The centre of mass of all moving bodies.
 
+use alloc::vec::Vec;
+
 use nalgebra::Matrix3xX;
 use sinew_model::{Inertia, Model, Scalar, Vector3};
 

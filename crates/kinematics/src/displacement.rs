@@ -1,6 +1,9 @@
 //! Positions that are not vectors: floating bases.
 
-use sinew_model::{Joint, JointKind, Matrix3, Model, Scalar, Vector3};
+use alloc::vec;
+use alloc::vec::Vec;
+
+use sinew_model::{Joint, JointKind, Matrix3, Model, Scalar, Vector3, math};
 
 /// The position reached from `q` by the displacement `d`.
 ///
@@ -132,15 +135,15 @@ fn move_base([px, py, pz, x, y, z, w]: [f64; 7], d: [f64; 6]) -> [f64; 7] {
     let (b, c) = if angle < SMALL {
         (0.5 - angle * angle / 24.0, 1.0 / 6.0 - angle * angle / 120.0)
     } else {
-        let half = (angle / 2.0).sin();
-        (2.0 * half * half / (angle * angle), (angle - angle.sin()) / (angle * angle * angle))
+        let half = math::sin(angle / 2.0);
+        (2.0 * half * half / (angle * angle), (angle - math::sin(angle)) / (angle * angle * angle))
     };
     let once = turn.cross(shift);
     let arc = shift + once * b + turn.cross(once) * c;
     let p = Matrix3::from_quaternion(x, y, z, w) * arc;
-    let k = if angle < SMALL { 0.5 - angle * angle / 48.0 } else { (angle / 2.0).sin() / angle };
-    let r = product([x, y, z, w], [turn.x * k, turn.y * k, turn.z * k, (angle / 2.0).cos()]);
-    let length = r.iter().map(|r| r * r).sum::<f64>().sqrt();
+    let k = if angle < SMALL { 0.5 - angle * angle / 48.0 } else { math::sin(angle / 2.0) / angle };
+    let r = product([x, y, z, w], [turn.x * k, turn.y * k, turn.z * k, math::cos(angle / 2.0)]);
+    let length = math::sqrt(r.iter().map(|r| r * r).sum::<f64>());
     [px + p.x, py + p.y, pz + p.z, r[0] / length, r[1] / length, r[2] / length, r[3] / length]
 }
 
@@ -153,7 +156,7 @@ fn base_displacement(from: [f64; 7], to: [f64; 7]) -> [f64; 6] {
     // w = 2 atan2(|r|, r_w) r/|r|
     let axis = Vector3::new(r[0], r[1], r[2]);
     let sine = axis.norm();
-    let angle = 2.0 * sine.atan2(r[3]);
+    let angle = 2.0 * math::atan2(sine, r[3]);
     let ratio = sine / r[3];
     let turn = axis * if sine < SMALL { (2.0 - 2.0 / 3.0 * ratio * ratio) / r[3] } else { angle / sine };
     let p = Vector3::new(to[0] - from[0], to[1] - from[1], to[2] - from[2]);

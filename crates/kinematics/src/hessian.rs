@@ -1,5 +1,8 @@
 //! How the Jacobian of a link changes with the position.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use nalgebra::Matrix6xX;
 use sinew_model::{LinkId, Model, Motion, Scalar};
 

@@ -13,7 +13,10 @@
 //! assert_eq!(J[(3, 0)], 0.0);
 //! assert_eq!((J[(5, 0)], J[(5, 1)]), (1.0, 0.0));
 //! ```
+#![cfg_attr(not(feature = "std"), no_std)]
 #![allow(non_snake_case)]
+
+extern crate alloc;
 
 mod axes;
 mod body_poses;

@@ -1,5 +1,8 @@
 //! Scratch space of the algorithms.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use sinew_model::{Coordinates, LinkId, Mechanism, Model, Motion, Pose, Scalar};
 
 /// One workspace for all algorithms of the crate over numbers of one kind; nothing is allocated after `new`.

@@ -1,6 +1,11 @@
 //! Puts a model together, link by link and joint by joint.
 
-use std::collections::HashMap;
+use alloc::borrow::ToOwned;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use alloc::collections::BTreeMap;
 
 use crate::{Inertia, Joint, JointId, JointKind, Limits, Link, Mimic, Model, ModelError, Pose, Vector3};
 
@@ -126,13 +131,13 @@ impl ModelBuilder {
     }
 
     fn check_names(&self) -> Result<(), ModelError> {
-        let mut links = HashMap::new();
+        let mut links = BTreeMap::new();
         for (name, _) in &self.links {
             if links.insert(name.as_str(), ()).is_some() {
                 return Err(self.duplicate("links", name));
             }
         }
-        let mut joints = HashMap::new();
+        let mut joints = BTreeMap::new();
         for joint in &self.joints {
             if joints.insert(joint.name.as_str(), ()).is_some() {
                 return Err(self.duplicate("joints", &joint.name));
@@ -156,7 +161,7 @@ impl ModelBuilder {
     }
 
     fn root(&self) -> Result<&str, ModelError> {
-        let mut parents: HashMap<&str, &str> = HashMap::new();
+        let mut parents: BTreeMap<&str, &str> = BTreeMap::new();
         for joint in &self.joints {
             if let Some(other) = parents.insert(&joint.child, &joint.name) {
                 let detail = format!(
@@ -260,7 +265,7 @@ impl Build<'_> {
 
     // Leaders may come later in the tree; a chain of followers ends at its first leader.
     fn resolve_mimics(&mut self) -> Result<(), ModelError> {
-        let specs: HashMap<&str, &JointSpec> =
+        let specs: BTreeMap<&str, &JointSpec> =
             self.description.joints.iter().map(|j| (j.name.as_str(), j)).collect();
         for k in 0..self.joints.len() {
             let name = self.joints[k].name.clone();

@@ -1,5 +1,11 @@
 //! A robot as its files describe it: the model, and as plain data what a URDF cannot say.
 
+use alloc::borrow::ToOwned;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec;
+use alloc::vec::Vec;
+
 use crate::{LinkId, Model};
 
 /// A model with its springs, rotors and effects: what `arm.urdf` and `arm.sinew.toml` say together.

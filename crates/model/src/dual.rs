@@ -2,9 +2,9 @@
 
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-use crate::Scalar;
 use crate::scalar::group_of_one;
 use crate::scalar::sealed::Sealed;
+use crate::{Scalar, math};
 
 /// A value and its derivatives along `N` directions, carried through every operation by the chain rule.
 ///
@@ -69,27 +69,27 @@ impl<const N: usize> Scalar for Dual<N> {
     }
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
-        let (s, c) = self.value.sin_cos();
+        let (s, c) = Scalar::sin_cos(self.value);
         (self.chain(s, c), self.chain(c, -s))
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        let r = self.value.sqrt();
+        let r = math::sqrt(self.value);
         self.chain(r, 0.5 / r)
     }
     #[inline(always)]
     fn exp(self) -> Self {
-        let e = self.value.exp();
+        let e = math::exp(self.value);
         self.chain(e, e)
     }
     #[inline(always)]
     fn tanh(self) -> Self {
-        let t = self.value.tanh();
+        let t = math::tanh(self.value);
         self.chain(t, 1.0 - t * t)
     }
     #[inline(always)]
     fn ln(self) -> Self {
-        self.chain(self.value.ln(), 1.0 / self.value)
+        self.chain(math::ln(self.value), 1.0 / self.value)
     }
     #[inline(always)]
     fn abs(self) -> Self {

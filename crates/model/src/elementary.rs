@@ -5,7 +5,7 @@
 //! units in the last place. Coefficients: Sun Microsystems' fdlibm 5.3 (`k_sin.c`, `k_cos.c`, `e_exp.c`,
 //! `e_log.c`) and Moshier's Cephes (`tanh.c`).
 
-use crate::{Lanes, Scalar};
+use crate::{Lanes, Scalar, math};
 
 /// Plain numbers taken at a time.
 const GROUP: usize = 4;
@@ -62,7 +62,7 @@ const LOGARITHM: [f64; 7] = [
 #[inline(always)]
 pub(crate) fn sin_cos<const N: usize>(x: Lanes<N>) -> (Lanes<N>, Lanes<N>) {
     if !x.all(|x| x.abs() <= LARGEST_ANGLE) {
-        return (x.map(f64::sin), x.map(f64::cos));
+        return (x.map(math::sin), x.map(math::cos));
     }
     // x = n π/2 + r,   |r| ≤ π/4
     let shifted = x * TWO_OVER_PI + ROUND;
@@ -105,7 +105,7 @@ pub(crate) fn sines_and_cosines(angles: &[f64], sines: &mut [f64], cosines: &mut
 #[inline(always)]
 pub(crate) fn exp<const N: usize>(x: Lanes<N>) -> Lanes<N> {
     if !x.all(|x| x.abs() <= LARGEST_EXPONENT) {
-        return x.map(f64::exp);
+        return x.map(math::exp);
     }
     normal_exp(x)
 }
@@ -114,7 +114,7 @@ pub(crate) fn exp<const N: usize>(x: Lanes<N>) -> Lanes<N> {
 #[inline(always)]
 pub(crate) fn tanh<const N: usize>(x: Lanes<N>) -> Lanes<N> {
     if !x.all(|x| !x.is_nan()) {
-        return x.map(f64::tanh);
+        return x.map(math::tanh);
     }
     // tanh x = x + x z P(z)/Q(z) for small x
     let z = x * x;
@@ -130,7 +130,7 @@ pub(crate) fn tanh<const N: usize>(x: Lanes<N>) -> Lanes<N> {
 #[inline(always)]
 pub(crate) fn ln<const N: usize>(x: Lanes<N>) -> Lanes<N> {
     if !x.all(|x| (f64::MIN_POSITIVE..=f64::MAX).contains(&x)) {
-        return x.map(f64::ln);
+        return x.map(math::ln);
     }
     // x = 2^k (1 + f),   √½ ≤ 1 + f < √2
     const HALF_ROOT: u64 = 0x3fe6_a09e_667f_3bcd;

@@ -1,5 +1,10 @@
 //! What can be wrong with a model.
 
+use alloc::borrow::ToOwned;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+
 use thiserror::Error;
 
 use crate::nearest;

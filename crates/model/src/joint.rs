@@ -1,5 +1,7 @@
 //! Joints: how one body moves against another.
 
+use alloc::string::String;
+
 use crate::{Force, Inertia, Matrix3, Motion, Pose, Scalar, Vector3};
 
 /// The place of a joint, and of the body it moves, in [`Model::joints`](crate::Model::joints).

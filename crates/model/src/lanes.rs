@@ -4,7 +4,7 @@ use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 use crate::scalar::group_of_one;
 use crate::scalar::sealed::Sealed;
-use crate::{Scalar, elementary};
+use crate::{Scalar, elementary, math};
 
 /// `N` numbers that go through the same operations side by side: one for each configuration of a batch.
 ///
@@ -76,7 +76,7 @@ impl<const N: usize> Scalar for Lanes<N> {
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        self.map(f64::sqrt)
+        self.map(math::sqrt)
     }
     #[inline(always)]
     fn exp(self) -> Self {

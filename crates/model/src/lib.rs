@@ -6,7 +6,10 @@
 //!
 //! Conventions: SI units; spatial vectors are `[angular; linear]`; poses read right to left
 //! (`world_from_tool = world_from_link * link_from_tool`); world z points up.
+#![cfg_attr(not(feature = "std"), no_std)]
 #![allow(non_snake_case)]
+
+extern crate alloc;
 
 mod articulated;
 mod builder;
@@ -17,6 +20,8 @@ mod error;
 mod inertia;
 mod joint;
 mod lanes;
+#[doc(hidden)]
+pub mod math;
 mod matrix3;
 mod mechanism;
 mod pose;

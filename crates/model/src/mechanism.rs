@@ -1,5 +1,8 @@
 //! A model as the recursions want it: one record a joint, every axis along z.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use crate::{Inertia, Joint, JointKind, Matrix3, Model, Motion, Pose, Scalar, Symmetric3, Vector3};
 
 /// How a segment moves against its parent.

@@ -1,5 +1,8 @@
 //! Small robots with closed-form answers, for examples and tests.
 
+use alloc::borrow::ToOwned;
+use alloc::format;
+
 mod random;
 
 pub use random::{Random, random_tree};

@@ -3,7 +3,7 @@
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-use crate::Lanes;
+use crate::{Lanes, math};
 
 pub(crate) mod sealed {
     /// Keeps [`super::Scalar`] closed: its kinds are part of the design, not an extension point.
@@ -188,7 +188,7 @@ impl Scalar for f64 {
     }
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
-        f64::sin_cos(self)
+        (math::sin(self), math::cos(self))
     }
     #[inline(always)]
     fn sines_and_cosines(angles: &[f64], sines: &mut [f64], cosines: &mut [f64]) {
@@ -196,19 +196,19 @@ impl Scalar for f64 {
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        f64::sqrt(self)
+        math::sqrt(self)
     }
     #[inline(always)]
     fn exp(self) -> Self {
-        f64::exp(self)
+        math::exp(self)
     }
     #[inline(always)]
     fn tanh(self) -> Self {
-        f64::tanh(self)
+        math::tanh(self)
     }
     #[inline(always)]
     fn ln(self) -> Self {
-        f64::ln(self)
+        math::ln(self)
     }
     #[inline(always)]
     fn abs(self) -> Self {

@@ -1,5 +1,8 @@
 //! The nearest spelling of a misspelt name.
 
+use alloc::string::String;
+use alloc::vec::Vec;
+
 /// The known name that was probably meant: the one that needs the fewest edits, if it needs few.
 ///
 /// # Example

@@ -1,5 +1,10 @@
 //! The model: a tree of joints and the links they carry.
 
+use alloc::borrow::ToOwned;
+use alloc::string::String;
+use alloc::vec;
+use alloc::vec::Vec;
+
 use crate::{Inertia, Joint, JointId, ModelError, Pose, Vector3};
 
 /// The place of a link in [`Model::links`].

@@ -1,23 +1,24 @@
-//! Functions compiled for wider registers than every machine has, chosen at run time.
+//! Functions compiled for wider registers than every machine has, chosen at run time; without the standard library, when
+//! the program is built.
 //!
 //! All forms of a function do the same operations in the same order on each number, so their results are the same to
 //! the last bit: multiplications and additions are never fused.
 
 /// True if the machine has registers for eight numbers.
 pub fn eight() -> bool {
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(all(target_arch = "x86_64", feature = "std"))]
     return std::arch::is_x86_feature_detected!("avx512f") && std::arch::is_x86_feature_detected!("avx512dq");
-    #[cfg(not(target_arch = "x86_64"))]
-    false
+    #[cfg(not(all(target_arch = "x86_64", feature = "std")))]
+    return cfg!(all(target_feature = "avx512f", target_feature = "avx512dq"));
 }
 
 /// True if the machine has registers for four numbers.
 #[inline(always)]
 pub fn four() -> bool {
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(all(target_arch = "x86_64", feature = "std"))]
     return std::arch::is_x86_feature_detected!("avx2");
-    #[cfg(not(target_arch = "x86_64"))]
-    false
+    #[cfg(not(all(target_arch = "x86_64", feature = "std")))]
+    return cfg!(target_feature = "avx2");
 }
 
 /// Defines a function whose body, which must be inlined into it, is compiled for machines with the instructions named.

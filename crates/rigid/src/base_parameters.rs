@@ -1,8 +1,13 @@
 //! Which combinations of inertial parameters the torques depend on.
 
+use alloc::format;
+use alloc::string::String;
+use alloc::vec;
+use alloc::vec::Vec;
+
 use nalgebra::{DMatrix, DVector};
-use sinew_model::Model;
 use sinew_model::samples::Random;
+use sinew_model::{Model, math};
 
 use crate::{PARAMETERS, Workspace, regressor_into};
 
@@ -125,7 +130,7 @@ impl BaseParameters {
             let mut text = self.names[group.leader].clone();
             for &(column, factor) in &group.others {
                 let sign = if factor < 0.0 { '−' } else { '+' };
-                let size = (factor.abs() * 1e6).round() / 1e6;
+                let size = math::round(factor.abs() * 1e6) / 1e6;
                 let times = if size == 1.0 { String::new() } else { format!("{size} ") };
                 text += &format!(" {sign} {times}{}", self.names[column]);
             }

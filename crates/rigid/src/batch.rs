@@ -1,5 +1,8 @@
 //! Many configurations at once, in vector registers.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use nalgebra::DMatrix;
 use sinew_model::{Lanes, Model, Scalar, Vector3, wide, wide_forms};
 

@@ -1,5 +1,7 @@
 //! What the algorithms need to know of a robot beside its geometry.
 
+use alloc::vec::Vec;
+
 use sinew_model::{Inertia, Model, Scalar, Vector3};
 
 /// A model with inertias, gravity and armature as numbers of any kind.

@@ -17,7 +17,10 @@
 //! let energy = potential_energy_with(&bodies, &mut Scratch::new(&pendulum), &q);
 //! approx::assert_relative_eq!(energy.derivative[0], gravity(&pendulum, &[0.3])[0], max_relative = 1e-12);
 //! ```
+#![cfg_attr(not(feature = "std"), no_std)]
 #![allow(non_snake_case)]
+
+extern crate alloc;
 
 mod base_parameters;
 mod batch;

@@ -1,5 +1,8 @@
 //! Factors and inverse of the mass matrix, for any kind of number, without touching its zeros.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use sinew_model::Scalar;
 
 use crate::support::Support;

@@ -1,5 +1,8 @@
 //! Scratch space of the algorithms.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use sinew_model::{
     ArticulatedInertia, Coordinates, Force, Inertia, Mechanism, Model, Motion, Pose, Scalar, Vector3,
 };

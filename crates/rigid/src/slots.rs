@@ -1,5 +1,8 @@
 //! Where the columns of a robot's axes stand, so that those of a subtree can be moved side by side.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use core::ops::Range;
 
 use sinew_model::{Force, Mechanism, Pose, Scalar};

@@ -1,5 +1,8 @@
 //! Which degrees of freedom act on which: the zeros of the mass matrix.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use sinew_model::Mechanism;
 
 /// For each degree of freedom those that carry it, and those that share a branch with it, as ranges.

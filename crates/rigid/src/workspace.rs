@@ -1,5 +1,8 @@
 //! The workspace of the plain forms.
 
+use alloc::vec;
+use alloc::vec::Vec;
+
 use sinew_model::Model;
 
 use crate::Scratch;

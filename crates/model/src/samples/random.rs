@@ -1,6 +1,11 @@
 //! Seeded random robots and states, for laws that must hold for every robot.
 
-use crate::{Inertia, JointKind, JointShape, JointSpec, Matrix3, Model, ModelBuilder, Pose, Vector3};
+use alloc::format;
+use alloc::string::String;
+use alloc::vec;
+use alloc::vec::Vec;
+
+use crate::{Inertia, JointKind, JointShape, JointSpec, Matrix3, Model, ModelBuilder, Pose, Vector3, math};
 
 /// A seeded source of numbers (xorshift64*): the same seed gives the same numbers on every machine.
 #[derive(Debug, Clone)]
@@ -63,7 +68,8 @@ impl Random {
             let i = joint.first_q;
             if joint.kind == JointKind::Floating {
                 let axis = self.direction();
-                let (s, c) = self.uniform(-1.5, 1.5).sin_cos();
+                let half = self.uniform(-1.5, 1.5);
+                let (s, c) = (math::sin(half), math::cos(half));
                 let place = self.direction();
                 q[i..i + 7].copy_from_slice(&[
                     place.x,
