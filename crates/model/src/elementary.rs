@@ -7,8 +7,6 @@
 
 use crate::{Lanes, Scalar, math};
 
-/// Plain numbers taken at a time.
-const GROUP: usize = 4;
 /// Adding it rounds to the nearest integer, which then stands in the last bits.
 const ROUND: f64 = 6_755_399_441_055_744.0; // 1.5 · 2⁵²
 /// 2/π.
@@ -85,20 +83,6 @@ pub(crate) fn sin_cos<const N: usize>(x: Lanes<N>) -> (Lanes<N>, Lanes<N>) {
         c.0[k] = f64::from_bits((b ^ crossed) ^ ((quadrant.wrapping_add(1) & 2) << 62));
     }
     (s, c)
-}
-
-/// Sines and cosines of plain numbers, four at a time.
-#[inline(always)]
-pub(crate) fn sines_and_cosines(angles: &[f64], sines: &mut [f64], cosines: &mut [f64]) {
-    assert_eq!((sines.len(), cosines.len()), (angles.len(), angles.len()), "sines, cosines");
-    let outputs = sines.chunks_mut(GROUP).zip(cosines.chunks_mut(GROUP));
-    for (x, (s, c)) in angles.chunks(GROUP).zip(outputs) {
-        let mut group = [0.0; GROUP];
-        group[..x.len()].copy_from_slice(x);
-        let (sine, cosine) = sin_cos(Lanes(group));
-        s.copy_from_slice(&sine.0[..x.len()]);
-        c.copy_from_slice(&cosine.0[..x.len()]);
-    }
 }
 
 /// eˣ.

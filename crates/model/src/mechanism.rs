@@ -147,10 +147,16 @@ impl Mechanism {
     #[inline(always)]
     pub fn read<S: Scalar>(&self, q: &[S], at: &mut Coordinates<S>) {
         assert_eq!(q.len(), self.nq, "q");
-        for (x, segment) in at.x.iter_mut().zip(&self.segments) {
-            *x = q[segment.first_q] * segment.ratio + segment.offset;
+        let groups = at.sine.chunks_mut(S::GROUP).zip(at.cosine.chunks_mut(S::GROUP));
+        let groups = groups.zip(at.x.chunks_mut(S::GROUP)).zip(self.segments.chunks(S::GROUP));
+        for (((sine, cosine), x), segments) in groups {
+            for (x, segment) in x.iter_mut().zip(segments) {
+                *x = q[segment.first_q] * segment.ratio + segment.offset;
+            }
+            let (s, c) = S::group(x).sin_cos();
+            S::ungroup(s, sine);
+            S::ungroup(c, cosine);
         }
-        S::sines_and_cosines(&at.x, &mut at.sine, &mut at.cosine);
     }
 
     /// The pose of segment `k` in its parent, once its coordinates are read from `q`.
@@ -318,6 +324,19 @@ impl Segment {
         Inertia { mass: i.mass, first_moment: self.vector_from_link(i.first_moment), second_moment }
     }
 
+    /// The axes of the link, given those of the segment as columns.
+    #[inline(always)]
+    pub fn link_axes<S: Scalar>(&self, segment: &Matrix3<S>) -> Matrix3<S> {
+        let [a, b, c] = segment.rows;
+        let rows = match &self.axes {
+            FrameAxes::Link => [a, b, c],
+            FrameAxes::AlongX => [[a.z, a.x, a.y].into(), [b.z, b.x, b.y].into(), [c.z, c.x, c.y].into()],
+            FrameAxes::AlongY => [[a.y, a.z, a.x].into(), [b.y, b.z, b.x].into(), [c.y, c.z, c.x].into()],
+            FrameAxes::Turned(turn) => return *segment * Matrix3::constant(&turn.transpose()),
+        };
+        Matrix3 { rows }
+    }
+
     /// The pose of the link's frame in the segment's: a turn only.
     pub fn segment_from_link(&self) -> Pose<f64> {
         Pose::new(self.axes.matrix().transpose(), Vector3::ZERO)
@@ -396,6 +415,10 @@ mod tests {
                 links[k + 1] = links[joint.parent.map_or(0, |p| p.0 + 1)] * joint.pose(&q);
                 let segment = &mechanism.segments()[k];
                 let got = world[k + 1] * segment.segment_from_link();
+                let link_axes = segment.link_axes(&world[k + 1].rotation);
+                for (a, b) in link_axes.rows.iter().zip(got.rotation.rows) {
+                    assert!((*a - b).norm() < ALGEBRA);
+                }
                 assert!((got.translation - links[k + 1].translation).norm() < ALGEBRA);
                 for (a, b) in got.rotation.rows.iter().zip(links[k + 1].rotation.rows) {
                     assert!((*a - b).norm() < ALGEBRA);

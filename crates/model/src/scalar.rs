@@ -88,17 +88,6 @@ pub trait Scalar:
     /// `a` where the mask holds, else `b`.
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
 
-    /// Sines and cosines of many angles in rad.
-    ///
-    /// # Panics
-    /// If the slices have different lengths.
-    #[inline(always)]
-    fn sines_and_cosines(angles: &[Self], sines: &mut [Self], cosines: &mut [Self]) {
-        assert_eq!((sines.len(), cosines.len()), (angles.len(), angles.len()), "sines, cosines");
-        for ((x, s), c) in angles.iter().zip(sines).zip(cosines) {
-            (*s, *c) = x.sin_cos();
-        }
-    }
     /// Sine of an angle in rad.
     #[inline(always)]
     fn sin(self) -> Self {
@@ -189,10 +178,6 @@ impl Scalar for f64 {
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
         (math::sin(self), math::cos(self))
-    }
-    #[inline(always)]
-    fn sines_and_cosines(angles: &[f64], sines: &mut [f64], cosines: &mut [f64]) {
-        crate::elementary::sines_and_cosines(angles, sines, cosines);
     }
     #[inline(always)]
     fn sqrt(self) -> Self {

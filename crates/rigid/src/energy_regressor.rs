@@ -111,7 +111,7 @@ fn kinetic<S: Scalar>(ws: &mut Scratch<S>, q: &[S], qd: &[S], y: &mut [S]) {
         let moved: Motion<S> = world[k + 1].motion_to_parent(segment.rate(qd));
         let v = body[segment.parent].velocity + moved;
         body[k + 1].velocity = v;
-        let pose = world[k + 1] * Pose::constant(&segment.segment_from_link());
+        let pose = Pose::new(segment.link_axes(&world[k + 1].rotation), world[k + 1].translation);
         let Motion { angular: w, linear } = pose.motion_to_child(v);
         // T = ½ m v·v + h·(v × ω) + ½ ω·I ω
         let h = linear.cross(w);
@@ -138,9 +138,8 @@ fn potential<S: Scalar>(ws: &mut Scratch<S>, gravity: sinew_model::Vector3<S>, q
     for ((segment, pose), own) in
         mechanism.segments().iter().zip(&world[1..]).zip(y.chunks_exact_mut(PARAMETERS))
     {
-        let pose = *pose * Pose::constant(&segment.segment_from_link());
         // U = −g·(m p + R h)
-        let down = pose.rotation.transpose_mul(gravity);
+        let down = segment.link_axes(&pose.rotation).transpose_mul(gravity);
         own[..4].copy_from_slice(&[-gravity.dot(pose.translation), -down.x, -down.y, -down.z]);
     }
 }

@@ -125,7 +125,10 @@ impl<S: Scalar> Grouped<S> {
         // Lᵀ y = b
         for i in (0..self.n).rev() {
             for &(start, end) in support.ancestors(i) {
-                (start..end).for_each(|j| x[j] = x[j] - self.get(j, i) * x[i]);
+                for j in start..end {
+                    let t = self.get(j, i) * x[i];
+                    x[j] -= t;
+                }
             }
         }
         // L x = D⁻¹ y

@@ -87,7 +87,7 @@ fn rows<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>, q: &[S], qd: &[S], qd
         let a = body[segment.parent].acceleration + pushed + v.cross_motion(moved);
         (body[k + 1].velocity, body[k + 1].acceleration) = (v, a);
         // the parameters are told in the link's frame
-        let pose = world[k + 1] * Pose::constant(&segment.segment_from_link());
+        let pose = Pose::new(segment.link_axes(&world[k + 1].rotation), world[k + 1].translation);
         let torques = Torques::new(pose.motion_to_child(v), pose.motion_to_child(a));
         let mut row = k + 1;
         while row > 0 {

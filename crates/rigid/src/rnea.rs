@@ -1,6 +1,6 @@
 //! Inverse dynamics: the recursive Newton–Euler algorithm.
 
-use sinew_model::{Force, Inertia, Motion, Pose, Scalar, Segment, SegmentKind};
+use sinew_model::{Force, Inertia, Motion, Pose, Scalar, Segment, SegmentKind, Vector3};
 
 use crate::scratch::Conditions;
 use crate::{Bodies, Scratch};
@@ -56,7 +56,11 @@ pub(crate) fn inverse_dynamics<S: Scalar>(
             (parent.velocity, parent.acceleration)
         };
         // v = X v_parent + S q̇,   a = X a_parent + S q̈ + v × S q̇
-        let (mut v, mut a) = (pose.motion_to_child(v_parent), pose.motion_to_child(a_parent));
+        let (mut v, mut a) = if segment.parent == 0 {
+            (Motion::ZERO, Motion::new(Vector3::ZERO, pose.rotation.transpose_mul(ground.linear)))
+        } else {
+            (pose.motion_to_child(v_parent), pose.motion_to_child(a_parent))
+        };
         accelerate(segment, qd, qdd, &mut v, &mut a);
         let own = &mut body[k + 1];
         (own.pose, own.velocity, own.acceleration) = (pose, v, a);
