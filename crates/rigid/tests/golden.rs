@@ -3,11 +3,13 @@
 
 use nalgebra::{DMatrix, DVector};
 use serde_json::Value;
-use sinew_kinematics::{Axes, jacobian, jacobian_rate, link_pose};
+use sinew_kinematics::{Axes, hessian, jacobian, jacobian_rate, link_pose};
 use sinew_model::{Inertia, JointShape, JointSpec, Model, ModelBuilder, Pose, Vector3};
 use sinew_rigid::{
-    bias, coriolis_matrix, forward_dynamics, gravity, inverse_dynamics, inverse_mass_matrix, kinetic_energy,
-    mass_matrix, potential_energy, regressor,
+    bias, centroidal_momentum, centroidal_momentum_matrix, centroidal_momentum_rate, coriolis_matrix,
+    forward_dynamics, forward_dynamics_derivatives, gravity, inverse_dynamics, inverse_dynamics_derivatives,
+    inverse_mass_matrix, kinetic_energy, kinetic_energy_regressor, mass_matrix, potential_energy,
+    potential_energy_regressor, regressor,
 };
 
 const FIGURES: &str = include_str!("../../../tests/golden/planar_2r_rigid.json");
@@ -60,6 +62,7 @@ fn a_planar_arm_agrees_with_the_figures_of_pinocchio() {
     let model = planar_2r();
     let tip = model.link("tip").unwrap();
     let file: Value = serde_json::from_str(FIGURES).unwrap();
+    let mut derivatives = 0;
     for state in file["states"].as_array().unwrap() {
         let get = |key: &str| numbers(&state[key]);
         let (q, qd, qdd, tau) = (get("position"), get("velocity"), get("acceleration"), get("torque"));
@@ -85,9 +88,42 @@ fn a_planar_arm_agrees_with_the_figures_of_pinocchio() {
         for (key, got) in matrices {
             assert_close(key, &rows(&got), state);
         }
+        derivatives += usize::from(compare_derivatives(&model, state));
         assert_close("kinetic_energy", &[kinetic_energy(&model, &q, &qd)], state);
         assert_close("potential_energy", &[potential_energy(&model, &q)], state);
         let place = link_pose(&model, &q, tip).translation.to_array();
         assert_close("position", &place, &state["frames"]["tip"]);
     }
+    assert_eq!(derivatives, 2, "states with derivatives");
+}
+
+/// Derivatives, momentum and energy maps, in the states that have all of them.
+fn compare_derivatives(model: &Model, state: &Value) -> bool {
+    if state.get("kinematic_hessian_world_aligned").is_none() {
+        return false;
+    }
+    let get = |key: &str| numbers(&state[key]);
+    let (q, qd, qdd, tau) = (get("position"), get("velocity"), get("acceleration"), get("torque"));
+    let of_torque = inverse_dynamics_derivatives(model, &q, &qd, &qdd);
+    let of_motion = forward_dynamics_derivatives(model, &q, &qd, &tau);
+    let A = centroidal_momentum_matrix(model, &q);
+    for (key, got) in [
+        ("inverse_dynamics_by_position", of_torque.by_position),
+        ("inverse_dynamics_by_velocity", of_torque.by_velocity),
+        ("forward_dynamics_by_position", of_motion.by_position),
+        ("forward_dynamics_by_velocity", of_motion.by_velocity),
+        ("centroidal_momentum_matrix", DMatrix::from_column_slice(6, 2, A.as_slice())),
+    ] {
+        assert_close(key, &rows(&got), state);
+    }
+    assert_close("centroidal_momentum", &centroidal_momentum(model, &q, &qd).to_array(), state);
+    let rate = centroidal_momentum_rate(model, &q, &qd, &qdd);
+    assert_close("centroidal_momentum_rate", &rate.to_array(), state);
+    assert_close("kinetic_energy_regressor", kinetic_energy_regressor(model, &q, &qd).as_slice(), state);
+    assert_close("potential_energy_regressor", potential_energy_regressor(model, &q).as_slice(), state);
+    let tip = model.link("tip").unwrap();
+    let H = hessian(model, &q, tip, Axes::WorldAligned);
+    let by_rows = H.iter().flat_map(|H| rows(&DMatrix::from_column_slice(6, 2, H.as_slice())));
+    assert_close("kinematic_hessian_world_aligned", &by_rows.collect::<Vec<_>>(), state);
+    true
 }
