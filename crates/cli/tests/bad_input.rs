@@ -168,6 +168,9 @@ fn a_check_says_no_when_a_joint_was_not_measured() {
     let output = bench.run(&["check", "arm.sinew.toml", "run.csv"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&output.stdout).contains("no position of joint \"elbow\""));
+    let output = bench.run(&["compare", "arm.sinew.toml", "run.csv", "--force"]);
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(said.contains("elbow: no position in the runs; taken as held at zero"), "{said}");
 }
 
 #[test]

@@ -28,7 +28,19 @@ pub(crate) fn checked(
         return Err(IdentifyError::run(&fatal.place, fatal.statement.clone(), help));
     }
     notes.sort_by_key(|n| n.severity);
-    Ok(notes.into_iter().map(finding).collect())
+    let still = (0..robot.model.nv).filter(|&dof| prepared.sensors.imposed[dof].is_none());
+    Ok(still.map(|dof| held(robot.model.dof_name(dof))).chain(notes.into_iter().map(finding)).collect())
+}
+
+// A joint of which no run has a position.
+fn held(joint: &str) -> Finding {
+    Finding {
+        joint: joint.to_owned(),
+        signal: String::new(),
+        regime: "data".to_owned(),
+        statement: format!("{joint}: no position in the runs; taken as held at zero, and not compared"),
+        share: 0.0,
+    }
 }
 
 fn finding(note: Note) -> Finding {
