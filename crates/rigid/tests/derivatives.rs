@@ -1,15 +1,20 @@
 //! Derivatives of the dynamics against dual numbers and differences, over random trees.
 #![allow(non_snake_case)]
 
+#[path = "support/cases.rs"]
+mod support;
+
 use nalgebra::{DMatrix, DVector};
 use sinew_kinematics::{integrate, position_rate};
-use sinew_model::samples::{Random, random_tree};
-use sinew_model::{Dual, Inertia, Lanes, Model, Scalar};
+use sinew_model::samples::Random;
+use sinew_model::{Dual, Inertia, Lanes, Scalar};
 use sinew_rigid::{
     Bodies, Scratch, forward_dynamics, forward_dynamics_derivatives, forward_dynamics_derivatives_with,
     inertias, inverse_dynamics, inverse_dynamics_derivatives, inverse_dynamics_derivatives_with,
     inverse_dynamics_with, mass_matrix,
 };
+
+use support::{Case, assert_close, cases};
 
 /// Rounding of sums along forty joints.
 const ALGEBRA: f64 = 1e-11;
@@ -19,27 +24,8 @@ const DIFFERENCES: f64 = 2e-9;
 /// M⁻¹ bends more sharply with the position than M: what truncation costs more.
 const BY_POSITION: f64 = 100.0;
 
-struct Case {
-    model: Model,
-    q: Vec<f64>,
-    qd: Vec<f64>,
-    qdd: Vec<f64>,
-}
-
-fn cases() -> impl Iterator<Item = Case> {
-    (0..40).map(|seed| {
-        let model = random_tree(1 + seed as usize, seed + 200);
-        let mut random = Random::new(seed + 3000);
-        let (q, qd, qdd) = (random.position(&model), random.vector(model.nv), random.vector(model.nv));
-        Case { model, q, qd, qdd }
-    })
-}
-
-fn assert_close(got: &[f64], want: &[f64], tolerance: f64) {
-    let scale = want.iter().fold(1.0, |m: f64, x| m.max(x.abs()));
-    for (got, want) in got.iter().zip(want) {
-        assert!((got - want).abs() <= tolerance * scale, "got {got}, want {want} of {scale}");
-    }
+fn random_cases() -> impl Iterator<Item = Case> {
+    cases(200, 3000)
 }
 
 fn dual(x: &[f64], rate: &[f64]) -> Vec<Dual<1>> {
@@ -62,7 +48,7 @@ fn moved(x: &[f64], d: &[f64], h: f64) -> Vec<f64> {
 
 #[test]
 fn derivatives_of_inverse_dynamics_are_those_of_dual_numbers() {
-    for Case { model, q, qd, qdd } in cases() {
+    for Case { model, q, qd, qdd } in random_cases() {
         let (nv, inertia) = (model.nv, inertias(&model));
         let (b, mut ws) = (Bodies::new(&model, &inertia), Scratch::new(&model));
         let d = inverse_dynamics_derivatives(&model, &q, &qd, &qdd);
@@ -85,7 +71,7 @@ fn derivatives_of_inverse_dynamics_are_those_of_dual_numbers() {
 
 #[test]
 fn derivatives_of_inverse_dynamics_are_central_differences() {
-    for (seed, Case { model, q, qd, qdd }) in cases().enumerate() {
+    for (seed, Case { model, q, qd, qdd }) in random_cases().enumerate() {
         let d = inverse_dynamics_derivatives(&model, &q, &qd, &qdd);
         let e = Random::new(seed as u64).vector(model.nv);
         let along = DVector::from_row_slice(&e);
@@ -99,7 +85,7 @@ fn derivatives_of_inverse_dynamics_are_central_differences() {
 
 #[test]
 fn derivatives_of_forward_dynamics_are_central_differences() {
-    for (seed, Case { model, q, qd, qdd }) in cases().enumerate() {
+    for (seed, Case { model, q, qd, qdd }) in random_cases().enumerate() {
         let values = mass_matrix(&model, &q).symmetric_eigenvalues();
         let tolerance = DIFFERENCES.max(1e-13 * values.max() / values.min());
         let tau = inverse_dynamics(&model, &q, &qd, &qdd);
@@ -119,7 +105,7 @@ fn derivatives_of_forward_dynamics_are_central_differences() {
 
 #[test]
 fn both_dynamics_undo_each_other_to_first_order() {
-    for Case { model, q, qd, qdd } in cases() {
+    for Case { model, q, qd, qdd } in random_cases() {
         let tau = inverse_dynamics(&model, &q, &qd, &qdd);
         let there = inverse_dynamics_derivatives(&model, &q, &qd, &qdd);
         let back = forward_dynamics_derivatives(&model, &q, &qd, tau.as_slice());
@@ -135,7 +121,7 @@ fn both_dynamics_undo_each_other_to_first_order() {
 
 #[test]
 fn lanes_with_their_own_inertias_and_armature_give_what_plain_numbers_give() {
-    for Case { model, q, qd, qdd } in cases().take(12) {
+    for Case { model, q, qd, qdd } in random_cases().take(12) {
         let nv = model.nv;
         let lanes = |x: &[f64]| x.iter().map(|&x| Lanes([-x, x])).collect::<Vec<_>>();
         let heavier = |i: &Inertia<f64>| {

@@ -1,36 +1,22 @@
 //! Momentum, and what is linear in the inertial parameters, over random trees.
 #![allow(non_snake_case)]
 
+#[path = "support/cases.rs"]
+mod support;
+
 use nalgebra::{DMatrix, DVector};
 use sinew_kinematics::{centre_of_mass, centre_of_mass_jacobian, position_rate};
-use sinew_model::samples::{Random, planar_arm, random_tree};
+use sinew_model::samples::{Random, planar_arm};
 use sinew_model::{Dual, Model};
 use sinew_rigid::*;
+
+use support::{Case, assert_close, cases};
 
 /// Rounding of sums along forty joints.
 const ALGEBRA: f64 = 1e-11;
 
-struct Case {
-    model: Model,
-    q: Vec<f64>,
-    qd: Vec<f64>,
-    qdd: Vec<f64>,
-}
-
-fn cases() -> impl Iterator<Item = Case> {
-    (0..40).map(|seed| {
-        let model = random_tree(1 + seed as usize, seed + 400);
-        let mut random = Random::new(seed + 5000);
-        let (q, qd, qdd) = (random.position(&model), random.vector(model.nv), random.vector(model.nv));
-        Case { model, q, qd, qdd }
-    })
-}
-
-fn assert_close(got: &[f64], want: &[f64], tolerance: f64) {
-    let scale = want.iter().fold(1.0, |m: f64, x| m.max(x.abs()));
-    for (got, want) in got.iter().zip(want) {
-        assert!((got - want).abs() <= tolerance * scale, "got {got}, want {want}");
-    }
+fn random_cases() -> impl Iterator<Item = Case> {
+    cases(400, 5000)
 }
 
 fn parameters(model: &Model) -> DVector<f64> {
@@ -43,7 +29,7 @@ fn parameters(model: &Model) -> DVector<f64> {
 
 #[test]
 fn energies_are_linear_in_the_parameters() {
-    for Case { model, q, qd, .. } in cases() {
+    for Case { model, q, qd, .. } in random_cases() {
         let pi = parameters(&model);
         let T = kinetic_energy_regressor(&model, &q, &qd).dot(&pi);
         assert_close(&[T], &[kinetic_energy(&model, &q, &qd)], ALGEBRA);
@@ -54,7 +40,7 @@ fn energies_are_linear_in_the_parameters() {
 
 #[test]
 fn linear_momentum_is_mass_times_the_velocity_of_the_centre() {
-    for Case { model, q, qd, .. } in cases() {
+    for Case { model, q, qd, .. } in random_cases() {
         let h = centroidal_momentum(&model, &q, &qd);
         let mass: f64 = model.joints.iter().map(|j| j.inertia.mass).sum();
         let v = centre_of_mass_jacobian(&model, &q) * DVector::from_row_slice(&qd) * mass;
@@ -64,7 +50,7 @@ fn linear_momentum_is_mass_times_the_velocity_of_the_centre() {
 
 #[test]
 fn momentum_is_its_matrix_times_the_rates_and_its_rate_is_its_derivative() {
-    for Case { model, q, qd, qdd } in cases() {
+    for Case { model, q, qd, qdd } in random_cases() {
         let A = centroidal_momentum_matrix(&model, &q);
         let h = centroidal_momentum(&model, &q, &qd);
         assert_close(&h.to_array(), (&A * DVector::from_row_slice(&qd)).as_slice(), ALGEBRA);
@@ -82,7 +68,7 @@ fn momentum_is_its_matrix_times_the_rates_and_its_rate_is_its_derivative() {
 
 #[test]
 fn a_free_robot_changes_its_momentum_by_its_weight_alone() {
-    for Case { model, q, qd, .. } in cases() {
+    for Case { model, q, qd, .. } in random_cases() {
         let free = model.joints.iter().any(|j| j.parent.is_none() && j.kind.nv() == 1);
         if free || model.has_mimic() {
             continue;
@@ -99,7 +85,7 @@ fn a_free_robot_changes_its_momentum_by_its_weight_alone() {
 
 #[test]
 fn base_parameters_say_all_that_torques_say() {
-    for Case { model, q, qd, qdd } in cases().take(14) {
+    for Case { model, q, qd, qdd } in random_cases().take(14) {
         let base = base_parameters(&model);
         let Y = regressor(&model, &q, &qd, &qdd);
         let leaders: Vec<usize> = base.groups.iter().map(|group| group.leader).collect();
@@ -115,7 +101,7 @@ fn base_parameters_say_all_that_torques_say() {
 
 #[test]
 fn base_parameters_are_as_many_as_the_rank_of_many_regressors() {
-    for Case { model, .. } in cases().take(10) {
+    for Case { model, .. } in random_cases().take(10) {
         let (mut random, nv) = (Random::new(77), model.nv);
         let rows: Vec<DMatrix<f64>> = (0..20 * model.joints.len())
             .map(|_| regressor(&model, &random.position(&model), &random.vector(nv), &random.vector(nv)))

@@ -131,7 +131,7 @@ pub(super) struct Joint {
 /// What the joints do to each other over one sample period, beyond what each would do by itself: `n` × `n` blocks, by
 /// rows, of the link of one joint and the state of another.
 #[derive(Debug, Clone)]
-pub(super) struct Coupling {
+struct Coupling {
     // Position and velocity of the link.
     blocks: Vec<[State; 2]>,
     motor: Vec<[f64; 2]>,
@@ -142,9 +142,9 @@ pub(super) struct Coupling {
 #[derive(Debug, Clone)]
 pub(super) struct System {
     pub joints: Vec<Joint>,
-    /// Couplings that occur along the run, and which of them each sample has; none of a single joint.
-    pub couplings: Vec<Coupling>,
-    pub coupling: Vec<usize>,
+    // Couplings that occur along the run, and which of them each sample has; none of a single joint.
+    couplings: Vec<Coupling>,
+    coupling: Vec<usize>,
 }
 
 /// Torques on the motor and on the link of a joint, W sets of them at once.
