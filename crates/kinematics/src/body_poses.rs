@@ -105,7 +105,7 @@ wide_forms! {
     /// # Panics
     /// If a slice has the wrong length.
     pub fn link_poses_into(model: &Model, ws: &mut Workspace, q: &[f64], world_from_link: &mut [Pose<f64>]) {
-        link_poses_with(model, ws, q, world_from_link);
+        all_poses(model, ws, q, world_from_link);
     }
 }
 
@@ -119,6 +119,11 @@ pub fn link_poses_with<S: Scalar>(
     q: &[S],
     world_from_link: &mut [Pose<S>],
 ) {
+    all_poses(model, ws, q, world_from_link);
+}
+
+#[inline(always)]
+fn all_poses<S: Scalar>(model: &Model, ws: &mut Scratch<S>, q: &[S], world_from_link: &mut [Pose<S>]) {
     assert_eq!(world_from_link.len(), model.links.len(), "world_from_link");
     ws.poses(model, q);
     for (k, pose) in world_from_link.iter_mut().enumerate() {

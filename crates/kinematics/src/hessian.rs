@@ -4,7 +4,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use nalgebra::Matrix6xX;
-use sinew_model::{LinkId, Model, Motion, Scalar};
+use sinew_model::{LinkId, Model, Motion, Scalar, wide_forms};
 
 use crate::jacobian::add_column;
 use crate::{Axes, Scratch, Workspace};
@@ -38,12 +38,15 @@ pub fn hessian(model: &Model, q: &[f64], link: LinkId, axes: Axes) -> Vec<Matrix
     H.chunks_exact(size.max(1)).map(Matrix6xX::from_column_slice).collect()
 }
 
-/// [`hessian`] without allocation, into nv times 6 × nv numbers, each matrix by columns.
-///
-/// # Panics
-/// If a slice has the wrong length or there is no such link.
-pub fn hessian_into(model: &Model, ws: &mut Workspace, q: &[f64], link: LinkId, axes: Axes, H: &mut [f64]) {
-    hessian_with(model, ws, q, link, axes, H);
+wide_forms! {
+    avx2,
+    /// [`hessian`] without allocation, into nv times 6 × nv numbers, each matrix by columns.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length or there is no such link.
+    pub fn hessian_into(model: &Model, ws: &mut Workspace, q: &[f64], link: LinkId, axes: Axes, H: &mut [f64]) {
+        columns(model, ws, q, link, axes, H);
+    }
 }
 
 /// [`hessian_into`] for any kind of number.
@@ -58,6 +61,11 @@ pub fn hessian_with<S: Scalar>(
     axes: Axes,
     H: &mut [S],
 ) {
+    columns(model, ws, q, link, axes, H);
+}
+
+#[inline(always)]
+fn columns<S: Scalar>(model: &Model, ws: &mut Scratch<S>, q: &[S], link: LinkId, axes: Axes, H: &mut [S]) {
     let size = 6 * model.nv;
     assert_eq!(H.len(), size * model.nv, "H");
     ws.poses(model, q);

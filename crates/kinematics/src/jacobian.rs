@@ -38,7 +38,7 @@ wide_forms! {
     /// # Panics
     /// If a slice has the wrong length or there is no such link.
     pub fn jacobian_into(model: &Model, ws: &mut Workspace, q: &[f64], link: LinkId, axes: Axes, J: &mut [f64]) {
-        jacobian_with(model, ws, q, link, axes, J);
+        columns(model, ws, q, link, axes, J);
     }
 }
 
@@ -47,6 +47,18 @@ wide_forms! {
 /// # Panics
 /// If a slice has the wrong length or there is no such link.
 pub fn jacobian_with<S: Scalar>(
+    model: &Model,
+    ws: &mut Scratch<S>,
+    q: &[S],
+    link: LinkId,
+    axes: Axes,
+    J: &mut [S],
+) {
+    columns(model, ws, q, link, axes, J);
+}
+
+#[inline(always)]
+pub(crate) fn columns<S: Scalar>(
     model: &Model,
     ws: &mut Scratch<S>,
     q: &[S],
@@ -102,7 +114,7 @@ wide_forms! {
     /// # Panics
     /// If a slice has the wrong length.
     pub fn joint_axes_into(model: &Model, ws: &mut Workspace, q: &[f64], axes: &mut [f64]) {
-        joint_axes_with(model, ws, q, axes);
+        all_axes(model, ws, q, axes);
     }
 }
 
@@ -111,6 +123,11 @@ wide_forms! {
 /// # Panics
 /// If a slice has the wrong length.
 pub fn joint_axes_with<S: Scalar>(model: &Model, ws: &mut Scratch<S>, q: &[S], axes: &mut [S]) {
+    all_axes(model, ws, q, axes);
+}
+
+#[inline(always)]
+fn all_axes<S: Scalar>(model: &Model, ws: &mut Scratch<S>, q: &[S], axes: &mut [S]) {
     assert_eq!(axes.len(), 6 * ws.mechanism.axes(), "axes");
     ws.poses(model, q);
     for (segment, pose) in ws.mechanism.segments().iter().zip(&ws.world[1..]) {

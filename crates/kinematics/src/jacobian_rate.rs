@@ -46,7 +46,7 @@ wide_forms! {
         axes: Axes,
         rate: &mut [f64],
     ) {
-        jacobian_rate_with(model, ws, q, qd, link, axes, rate);
+        columns(model, ws, q, qd, link, axes, rate);
     }
 }
 
@@ -55,6 +55,19 @@ wide_forms! {
 /// # Panics
 /// If a slice has the wrong length or there is no such link.
 pub fn jacobian_rate_with<S: Scalar>(
+    model: &Model,
+    ws: &mut Scratch<S>,
+    q: &[S],
+    qd: &[S],
+    link: LinkId,
+    axes: Axes,
+    rate: &mut [S],
+) {
+    columns(model, ws, q, qd, link, axes, rate);
+}
+
+#[inline(always)]
+fn columns<S: Scalar>(
     model: &Model,
     ws: &mut Scratch<S>,
     q: &[S],

@@ -19,9 +19,11 @@
 extern crate alloc;
 
 mod axes;
+mod batch;
 mod body_poses;
 mod centre_of_mass;
 mod compliance;
+mod compliance_batch;
 mod displacement;
 mod hessian;
 mod jacobian;
@@ -30,6 +32,7 @@ mod link_motion;
 mod scratch;
 
 pub use axes::Axes;
+pub use batch::{BatchWorkspace, jacobian_batch, jacobian_batch_into};
 pub use body_poses::{
     body_poses, body_poses_with, link_pose, link_pose_with, link_poses, link_poses_into, link_poses_with,
 };
@@ -37,6 +40,7 @@ pub use centre_of_mass::{
     centre_of_mass, centre_of_mass_jacobian, centre_of_mass_jacobian_with, centre_of_mass_with,
 };
 pub use compliance::compliance;
+pub use compliance_batch::{ComplianceWorkspace, compliance_batch, compliance_batch_into};
 pub use displacement::{
     difference, difference_into, integrate, integrate_into, position_rate, position_rate_with,
 };

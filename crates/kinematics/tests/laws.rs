@@ -4,8 +4,8 @@
 use nalgebra::{DMatrix, DVector, Matrix6xX};
 use sinew_kinematics::{
     Axes, Scratch, centre_of_mass, centre_of_mass_jacobian, centre_of_mass_with, classical_acceleration,
-    compliance, difference, hessian, integrate, jacobian, jacobian_rate, jacobian_with, joint_axes,
-    link_acceleration, link_pose, link_pose_with, link_poses, link_velocity, link_velocity_with,
+    compliance, difference, hessian, integrate, jacobian, jacobian_batch, jacobian_rate, jacobian_with,
+    joint_axes, link_acceleration, link_pose, link_pose_with, link_poses, link_velocity, link_velocity_with,
     position_rate,
 };
 use sinew_model::samples::{Random, random_tree};
@@ -24,8 +24,8 @@ struct Case {
 }
 
 fn cases() -> impl Iterator<Item = Case> {
-    (0..60).map(|seed| {
-        let model = random_tree(1 + seed as usize % 20, seed);
+    (0..80).map(|seed| {
+        let model = random_tree(1 + seed as usize % 40, seed);
         let mut random = Random::new(seed + 1000);
         let (q, qd, qdd) = (random.position(&model), random.vector(model.nv), random.vector(model.nv));
         Case { link: LinkId(model.links.len() - 1), model, q, qd, qdd }
@@ -255,6 +255,21 @@ fn all_links_at_once_stand_where_each_one_does() {
             let alone = link_pose(&case.model, &case.q, LinkId(k));
             assert!((pose.translation - alone.translation).norm() < ALGEBRA);
             assert!((pose.rotation.rows[0] - alone.rotation.rows[0]).norm() < ALGEBRA);
+        }
+    }
+}
+
+#[test]
+fn a_batch_of_jacobians_is_the_jacobians_one_by_one() {
+    for (seed, case) in cases().enumerate() {
+        let mut random = Random::new(seed as u64);
+        let q: Vec<Vec<f64>> = (0..seed % 20).map(|_| random.position(&case.model)).collect();
+        let axes = AXES[seed % 3];
+        let got = jacobian_batch(&case.model, &q.concat(), case.link, axes);
+        assert_eq!(got.ncols(), q.len());
+        for (got, q) in got.column_iter().zip(&q) {
+            let want = jacobian(&case.model, q, case.link, axes);
+            assert_close(&got.into_owned(), &DVector::from_column_slice(want.as_slice()));
         }
     }
 }

@@ -7,7 +7,9 @@ use alloc::vec::Vec;
 
 use alloc::collections::BTreeMap;
 
-use crate::{Inertia, Joint, JointId, JointKind, Limits, Link, Mimic, Model, ModelError, Pose, Vector3};
+use crate::{
+    Inertia, Joint, JointId, JointKind, Limits, Link, LinkId, Mimic, Model, ModelError, Pose, Vector3,
+};
 
 /// How a joint of a description moves, before fixed joints are merged and planar ones are split.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -117,7 +119,7 @@ impl ModelBuilder {
         self.check_names()?;
         let root = self.root()?;
         let mut build = Build { description: self, joints: Vec::new(), links: Vec::new(), nq: 0, nv: 0 };
-        build.add_link(root, None, Pose::identity())?;
+        build.add_link(root, None, None, Pose::identity())?;
         if build.links.len() != self.links.len() {
             let reached = |name: &String| build.links.iter().any(|l| &l.name == name);
             let lost =
@@ -197,21 +199,28 @@ struct Build<'a> {
 }
 
 impl Build<'_> {
-    fn add_link(&mut self, name: &str, body: Option<JointId>, place: Pose<f64>) -> Result<(), ModelError> {
+    fn add_link(
+        &mut self,
+        name: &str,
+        parent: Option<LinkId>,
+        body: Option<JointId>,
+        place: Pose<f64>,
+    ) -> Result<(), ModelError> {
         let description = self.description;
         let own =
             description.links.iter().find(|(n, _)| n == name).map_or_else(Inertia::default, |(_, i)| *i);
         if let Some(id) = body {
             self.joints[id.0].inertia += place.inertia_to_parent(&own);
         }
-        self.links.push(Link { name: name.to_owned(), body, body_from_link: place, inertia: own });
+        let here = Some(LinkId(self.links.len()));
+        self.links.push(Link { name: name.to_owned(), parent, body, body_from_link: place, inertia: own });
         for joint in description.joints.iter().filter(|j| j.parent == name) {
             let placement = place * joint.origin;
             if joint.shape == JointShape::Fixed {
-                self.add_link(&joint.child, body, placement)?;
+                self.add_link(&joint.child, here, body, placement)?;
             } else {
                 let id = self.add_joint(joint, body, placement);
-                self.add_link(&joint.child, Some(id), Pose::identity())?;
+                self.add_link(&joint.child, here, Some(id), Pose::identity())?;
             }
         }
         Ok(())

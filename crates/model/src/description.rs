@@ -6,7 +6,7 @@ use alloc::string::String;
 use alloc::vec;
 use alloc::vec::Vec;
 
-use crate::{LinkId, Model};
+use crate::{Bending, LinkId, Model};
 
 /// A model with its springs, rotors and effects: what `arm.urdf` and `arm.sinew.toml` say together.
 #[derive(Debug, Clone, PartialEq)]
@@ -135,27 +135,6 @@ pub struct Coupling {
     pub damping: Vec<f64>,
 }
 
-/// A link that bends or twists.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Bending {
-    /// The link.
-    pub link: LinkId,
-    /// Number of lumped springs along it.
-    pub springs: usize,
-    /// Axes in the link frame: "x", "y" or "z".
-    pub axes: Vec<char>,
-    /// Length, m.
-    pub length: f64,
-    /// Flexural rigidity E I, N·m²; or else `stiffness`.
-    pub flexural_rigidity: Option<f64>,
-    /// A single base spring, N·m/rad.
-    pub stiffness: Option<f64>,
-    /// Mass per length, kg/m; zero for quasi-static springs.
-    pub mass_per_length: f64,
-    /// Damping ratio of its modes.
-    pub damping_ratio: f64,
-}
-
 /// Where an effect acts.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Place {
@@ -240,6 +219,12 @@ impl EffectSpec {
     pub fn with(mut self, key: &str, value: f64) -> Self {
         self.settings.retain(|(k, _)| k != key);
         self.settings.push((key.to_owned(), Setting::Number(value)));
+        self
+    }
+    /// The same with a word.
+    pub fn said(mut self, key: &str, word: &str) -> Self {
+        self.settings.retain(|(k, _)| k != key);
+        self.settings.push((key.to_owned(), Setting::Word(word.to_owned())));
         self
     }
 }

@@ -72,6 +72,18 @@ impl<S: Scalar> Inertia<S> {
     }
 }
 
+impl<S: Scalar> Inertia<S> {
+    /// The same shape with `k` times the mass.
+    #[inline(always)]
+    pub fn scaled(&self, k: S) -> Self {
+        Self {
+            mass: self.mass * k,
+            first_moment: self.first_moment * k,
+            second_moment: self.second_moment.scaled(k),
+        }
+    }
+}
+
 impl Inertia<f64> {
     /// A body of mass m with centre of mass c and second moment `[xx, yy, zz, xy, xz, yz]` about it.
     pub fn at_centre_of_mass(mass: f64, c: Vector3<f64>, [xx, yy, zz, xy, xz, yz]: [f64; 6]) -> Self {

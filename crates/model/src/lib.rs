@@ -2,7 +2,7 @@
 //!
 //! Opens no file. [`ModelBuilder`] puts a [`Model`] together, [`Robot`] adds what a URDF cannot say (springs,
 //! rotors, effects) as plain data, and [`Scalar`] is the trait over which every law of the workspace is written
-//! once: for `f64`, for [`Lanes`] of configurations and for [`Dual`] numbers.
+//! once: for `f64`, for [`Lanes`] of configurations, for [`Dual`] numbers and for [`Taylor`] series along a path.
 //!
 //! Conventions: SI units; spatial vectors are `[angular; linear]`; poses read right to left
 //! (`world_from_tool = world_from_link * link_from_tool`); world z points up.
@@ -12,11 +12,14 @@
 extern crate alloc;
 
 mod articulated;
+mod bending;
 mod builder;
 mod description;
 mod dual;
 mod elementary;
 mod error;
+mod extended;
+mod hinge;
 mod inertia;
 mod joint;
 mod lanes;
@@ -27,18 +30,24 @@ mod mechanism;
 mod pose;
 pub mod samples;
 mod scalar;
+#[doc(hidden)]
+pub mod side_by_side;
 mod spatial;
 mod spelling;
+mod taylor;
 mod tree;
 mod vector3;
 #[doc(hidden)]
 pub mod wide;
 
 pub use articulated::ArticulatedInertia;
+pub use bending::{BeamSection, Bending};
 pub use builder::{JointShape, JointSpec, ModelBuilder};
-pub use description::{Bending, Coupling, EffectSpec, JointSettings, Place, Robot, Setting, Trust};
+pub use description::{Coupling, EffectSpec, JointSettings, Place, Robot, Setting, Trust};
 pub use dual::Dual;
 pub use error::ModelError;
+pub use extended::{Extended, Following, VirtualJoint};
+pub use hinge::{Carried, Hinge};
 pub use inertia::Inertia;
 pub use joint::{Joint, JointId, JointKind, Limits, Mimic};
 pub use lanes::Lanes;
@@ -48,5 +57,6 @@ pub use pose::Pose;
 pub use scalar::Scalar;
 pub use spatial::{Force, Motion};
 pub use spelling::nearest;
+pub use taylor::Taylor;
 pub use tree::{Link, LinkId, Model};
 pub use vector3::Vector3;

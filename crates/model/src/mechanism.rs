@@ -5,6 +5,9 @@ use alloc::vec::Vec;
 
 use crate::{Inertia, Joint, JointKind, Matrix3, Model, Motion, Pose, Scalar, Symmetric3, Vector3};
 
+/// Coordinates of the widest group.
+const WIDEST: usize = 4;
+
 /// How a segment moves against its parent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SegmentKind {
@@ -61,6 +64,8 @@ enum FrameAxes {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mechanism {
     segments: Vec<Segment>,
+    // Where each coordinate is in q, its ratio and offset; filled up to whole groups.
+    reads: Vec<(usize, f64, f64)>,
     nq: usize,
     nv: usize,
     axes: usize,
@@ -78,7 +83,7 @@ pub struct Coordinates<S> {
 impl<S: Scalar> Coordinates<S> {
     /// Room for the segments of this mechanism.
     pub fn new(mechanism: &Mechanism) -> Self {
-        let n = mechanism.segments.len();
+        let n = mechanism.reads.len();
         Self { x: vec![S::ZERO; n], sine: vec![S::ZERO; n], cosine: vec![S::ONE; n] }
     }
 }
@@ -93,7 +98,9 @@ impl Mechanism {
             segments.push(Segment::new(joint, parent.unwrap_or(FrameAxes::Link), axes));
             axes += joint.kind.nv();
         }
-        Self { segments, nq: model.nq, nv: model.nv, axes, mimic: model.has_mimic() }
+        let mut reads: Vec<_> = segments.iter().map(|s| (s.first_q, s.ratio, s.offset)).collect();
+        reads.resize(segments.len().next_multiple_of(WIDEST), (0, 0.0, 0.0));
+        Self { segments, reads, nq: model.nq, nv: model.nv, axes, mimic: model.has_mimic() }
     }
 
     /// One record a joint, parents first.
@@ -147,13 +154,18 @@ impl Mechanism {
     #[inline(always)]
     pub fn read<S: Scalar>(&self, q: &[S], at: &mut Coordinates<S>) {
         assert_eq!(q.len(), self.nq, "q");
-        let groups = at.sine.chunks_mut(S::GROUP).zip(at.cosine.chunks_mut(S::GROUP));
-        let groups = groups.zip(at.x.chunks_mut(S::GROUP)).zip(self.segments.chunks(S::GROUP));
-        for (((sine, cosine), x), segments) in groups {
-            for (x, segment) in x.iter_mut().zip(segments) {
-                *x = q[segment.first_q] * segment.ratio + segment.offset;
+        let groups = at.sine.chunks_exact_mut(S::GROUP).zip(at.cosine.chunks_exact_mut(S::GROUP));
+        let reads = &self.reads[..self.segments.len().next_multiple_of(S::GROUP)];
+        let groups = groups.zip(at.x.chunks_exact_mut(S::GROUP)).zip(reads.chunks_exact(S::GROUP));
+        for (((sine, cosine), x), reads) in groups {
+            // from registers: what was just written singly is slow to read in groups
+            let mut own = [S::ZERO; WIDEST];
+            for (own, &(place, ratio, offset)) in own.iter_mut().zip(reads) {
+                *own = q[place] * ratio + offset;
             }
-            let (s, c) = S::group(x).sin_cos();
+            let group = S::group(&own);
+            let (s, c) = group.sin_cos();
+            S::ungroup(group, x);
             S::ungroup(s, sine);
             S::ungroup(c, cosine);
         }

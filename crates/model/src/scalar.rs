@@ -11,7 +11,8 @@ pub(crate) mod sealed {
     impl Sealed for f64 {}
 }
 
-/// A real number of one of the workspace's kinds: `f64`, [`Lanes`](crate::Lanes) or [`Dual`](crate::Dual).
+/// A real number of one of the workspace's kinds: `f64`, [`Lanes`](crate::Lanes), [`Dual`](crate::Dual) or
+/// [`Taylor`](crate::Taylor).
 ///
 /// Laws have no branch on a number: they compare with [`Scalar::lt`] and choose with [`Scalar::select`], so that
 /// the lanes of one evaluation may take different sides.
@@ -159,8 +160,14 @@ impl Scalar for f64 {
     }
     #[inline(always)]
     fn ungroup(group: Lanes<4>, numbers: &mut [f64]) {
-        let length = numbers.len().min(4);
-        numbers[..length].copy_from_slice(&group.0[..length]);
+        let [a, b, c, d] = group.0;
+        match numbers {
+            [w, x, y, z, ..] => (*w, *x, *y, *z) = (a, b, c, d),
+            [w, x, y] => (*w, *x, *y) = (a, b, c),
+            [w, x] => (*w, *x) = (a, b),
+            [w] => *w = a,
+            [] => {}
+        }
     }
 
     const ZERO: Self = 0.0;

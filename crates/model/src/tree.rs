@@ -16,6 +16,8 @@ pub struct LinkId(pub usize);
 pub struct Link {
     /// Its name in the URDF.
     pub name: String,
+    /// The link that it is fixed to or moves against; none for the root.
+    pub parent: Option<LinkId>,
     /// The joint whose body carries it; none for the world.
     pub body: Option<JointId>,
     /// The link's frame in the frame of that body (of the world).

@@ -22,8 +22,8 @@ pub fn four() -> bool {
 }
 
 /// Defines a function whose body, which must be inlined into it, is compiled for machines with the instructions named.
-/// With `avx2` it is compiled for every machine too and runs the better form; with `avx512` it must not be called on
-/// a machine that [`eight`] does not hold for.
+/// With `avx2` it is compiled for every machine too and runs the better form; with `avx512` (`avx2_only`) it must not be
+/// called on a machine that [`eight`] ([`four`]) does not hold for.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! wide_forms {
@@ -32,6 +32,9 @@ macro_rules! wide_forms {
     };
     (avx512, $($rest:tt)*) => {
         $crate::wide_forms! { @ only_wide, $crate::wide::eight(), "avx512f,avx512dq", $($rest)* }
+    };
+    (avx2_only, $($rest:tt)*) => {
+        $crate::wide_forms! { @ only_wide, $crate::wide::four(), "avx2", $($rest)* }
     };
     (@ $order:ident, $has:expr, $features:literal, $(#[$attribute:meta])* $visibility:vis fn $name:ident
         ($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)? $body:block) => {

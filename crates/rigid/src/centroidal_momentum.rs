@@ -1,7 +1,7 @@
 //! The momentum of a whole robot about its centre of mass.
 
 use nalgebra::Matrix6xX;
-use sinew_model::{Force, Inertia, Model, Motion, Scalar, Vector3};
+use sinew_model::{Force, Inertia, Model, Motion, Scalar, Vector3, wide_forms};
 
 use crate::rnea::body_force;
 use crate::{Bodies, Scratch, Workspace};
@@ -31,13 +31,16 @@ pub fn centroidal_momentum(model: &Model, q: &[f64], qd: &[f64]) -> Force<f64> {
     centroidal_momentum_into(model, &mut Workspace::new(model), q, qd)
 }
 
-/// [`centroidal_momentum`] without allocation.
-///
-/// # Panics
-/// If a slice has the wrong length.
-pub fn centroidal_momentum_into(model: &Model, ws: &mut Workspace, q: &[f64], qd: &[f64]) -> Force<f64> {
-    let (_, scratch, zeros) = ws.open(model);
-    momentum_and_rate(scratch, q, qd, zeros).0
+wide_forms! {
+    avx2,
+    /// [`centroidal_momentum`] without allocation.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn centroidal_momentum_into(model: &Model, ws: &mut Workspace, q: &[f64], qd: &[f64]) -> Force<f64> {
+        let (_, scratch, zeros) = ws.open(model);
+        momentum_and_rate(scratch, q, qd, zeros).0
+    }
 }
 
 /// The rate of [`centroidal_momentum`]: the wrench of gravity and of the surroundings about the centre of mass.
@@ -54,19 +57,22 @@ pub fn centroidal_momentum_rate(model: &Model, q: &[f64], qd: &[f64], qdd: &[f64
     centroidal_momentum_rate_into(model, &mut Workspace::new(model), q, qd, qdd)
 }
 
-/// [`centroidal_momentum_rate`] without allocation.
-///
-/// # Panics
-/// If a slice has the wrong length.
-pub fn centroidal_momentum_rate_into(
-    model: &Model,
-    ws: &mut Workspace,
-    q: &[f64],
-    qd: &[f64],
-    qdd: &[f64],
-) -> Force<f64> {
-    let (_, scratch, _) = ws.open(model);
-    momentum_and_rate(scratch, q, qd, qdd).1
+wide_forms! {
+    avx2,
+    /// [`centroidal_momentum_rate`] without allocation.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn centroidal_momentum_rate_into(
+        model: &Model,
+        ws: &mut Workspace,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &[f64],
+    ) -> Force<f64> {
+        let (_, scratch, _) = ws.open(model);
+        momentum_and_rate(scratch, q, qd, qdd).1
+    }
 }
 
 /// The momentum about the centre of mass and its rate, for any kind of number and with the inertias given.
@@ -100,13 +106,16 @@ pub fn centroidal_momentum_matrix(model: &Model, q: &[f64]) -> Matrix6xX<f64> {
     A
 }
 
-/// [`centroidal_momentum_matrix`] without allocation, into the 6 × nv numbers of `A` by columns.
-///
-/// # Panics
-/// If a slice has the wrong length.
-pub fn centroidal_momentum_matrix_into(model: &Model, ws: &mut Workspace, q: &[f64], A: &mut [f64]) {
-    let (_, scratch, _) = ws.open(model);
-    matrix(scratch, q, A);
+wide_forms! {
+    avx2,
+    /// [`centroidal_momentum_matrix`] without allocation, into the 6 × nv numbers of `A` by columns.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn centroidal_momentum_matrix_into(model: &Model, ws: &mut Workspace, q: &[f64], A: &mut [f64]) {
+        let (_, scratch, _) = ws.open(model);
+        matrix(scratch, q, A);
+    }
 }
 
 /// [`centroidal_momentum_matrix_into`] for any kind of number, with the inertias given.
@@ -118,6 +127,7 @@ pub fn centroidal_momentum_matrix_with<S: Scalar>(b: &Bodies<S>, ws: &mut Scratc
     matrix(ws, q, A);
 }
 
+#[inline(always)]
 fn matrix<S: Scalar>(ws: &mut Scratch<S>, q: &[S], A: &mut [S]) {
     assert_eq!(A.len(), 6 * ws.mechanism.nv(), "A");
     let Scratch { mechanism, at, inertia, world, composite, .. } = ws;
@@ -144,6 +154,7 @@ fn matrix<S: Scalar>(ws: &mut Scratch<S>, q: &[S], A: &mut [S]) {
     }
 }
 
+#[inline(always)]
 fn momentum_and_rate<S: Scalar>(ws: &mut Scratch<S>, q: &[S], qd: &[S], qdd: &[S]) -> (Force<S>, Force<S>) {
     let nv = ws.mechanism.nv();
     assert_eq!((qd.len(), qdd.len()), (nv, nv), "qd, qdd");
@@ -169,6 +180,7 @@ fn momentum_and_rate<S: Scalar>(ws: &mut Scratch<S>, q: &[S], qd: &[S], qdd: &[S
 }
 
 /// A force or momentum about the world's origin, about a point.
+#[inline(always)]
 fn about<S: Scalar>(point: Vector3<S>, f: Force<S>) -> Force<S> {
     Force::new(f.angular - point.cross(f.linear), f.linear)
 }

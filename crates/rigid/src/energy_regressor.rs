@@ -1,7 +1,7 @@
 //! Energies as linear maps of the inertial parameters.
 
 use nalgebra::DVector;
-use sinew_model::{Model, Motion, Pose, Scalar};
+use sinew_model::{Model, Motion, Pose, Scalar, wide_forms};
 
 use crate::{Bodies, PARAMETERS, Scratch, Workspace};
 
@@ -29,19 +29,22 @@ pub fn kinetic_energy_regressor(model: &Model, q: &[f64], qd: &[f64]) -> DVector
     y
 }
 
-/// [`kinetic_energy_regressor`] without allocation, into the 10 n numbers of `y`.
-///
-/// # Panics
-/// If a slice has the wrong length.
-pub fn kinetic_energy_regressor_into(
-    model: &Model,
-    ws: &mut Workspace,
-    q: &[f64],
-    qd: &[f64],
-    y: &mut [f64],
-) {
-    let (_, scratch, _) = ws.open(model);
-    kinetic(scratch, q, qd, y);
+wide_forms! {
+    avx2,
+    /// [`kinetic_energy_regressor`] without allocation, into the 10 n numbers of `y`.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn kinetic_energy_regressor_into(
+        model: &Model,
+        ws: &mut Workspace,
+        q: &[f64],
+        qd: &[f64],
+        y: &mut [f64],
+    ) {
+        let (_, scratch, _) = ws.open(model);
+        kinetic(scratch, q, qd, y);
+    }
 }
 
 /// [`kinetic_energy_regressor_into`] for any kind of number; the inertias and the armature of `b` are not looked at.
@@ -83,13 +86,16 @@ pub fn potential_energy_regressor(model: &Model, q: &[f64]) -> DVector<f64> {
     y
 }
 
-/// [`potential_energy_regressor`] without allocation, into the 10 n numbers of `y`.
-///
-/// # Panics
-/// If a slice has the wrong length.
-pub fn potential_energy_regressor_into(model: &Model, ws: &mut Workspace, q: &[f64], y: &mut [f64]) {
-    let (conditions, scratch, _) = ws.open(model);
-    potential(scratch, conditions.gravity, q, y);
+wide_forms! {
+    avx2,
+    /// [`potential_energy_regressor`] without allocation, into the 10 n numbers of `y`.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn potential_energy_regressor_into(model: &Model, ws: &mut Workspace, q: &[f64], y: &mut [f64]) {
+        let (conditions, scratch, _) = ws.open(model);
+        potential(scratch, conditions.gravity, q, y);
+    }
 }
 
 /// [`potential_energy_regressor_into`] for any kind of number; only the gravity of `b` is looked at.
@@ -101,6 +107,7 @@ pub fn potential_energy_regressor_with<S: Scalar>(b: &Bodies<S>, ws: &mut Scratc
     potential(ws, b.gravity, q, y);
 }
 
+#[inline(always)]
 fn kinetic<S: Scalar>(ws: &mut Scratch<S>, q: &[S], qd: &[S], y: &mut [S]) {
     assert_eq!(qd.len(), ws.mechanism.nv(), "qd");
     assert_eq!(y.len(), PARAMETERS * ws.inertia.len(), "y");
@@ -130,6 +137,7 @@ fn kinetic<S: Scalar>(ws: &mut Scratch<S>, q: &[S], qd: &[S], y: &mut [S]) {
     }
 }
 
+#[inline(always)]
 fn potential<S: Scalar>(ws: &mut Scratch<S>, gravity: sinew_model::Vector3<S>, q: &[S], y: &mut [S]) {
     assert_eq!(y.len(), PARAMETERS * ws.inertia.len(), "y");
     let Scratch { mechanism, at, world, .. } = ws;

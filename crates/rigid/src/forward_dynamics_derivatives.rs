@@ -142,6 +142,5 @@ fn differentiate<S: Scalar>(
     slopes(ws, by_position, by_velocity);
     // ∂q̈/∂x = −M⁻¹ ∂τ/∂x
     let Scratch { support, grouped, .. } = ws;
-    grouped.minus_times(support, by_position);
-    grouped.minus_times(support, by_velocity);
+    grouped.minus_times(support, by_position, by_velocity);
 }

@@ -102,7 +102,7 @@ pub fn hybrid_response_with<S: Scalar>(
 ) {
     let nv = b.model.nv;
     assert_eq!((imposed.len(), response.len()), (nv, nv * nv), "imposed, response");
-    let conditions = ws.take(b);
+    let conditions = ws.take_composites(b);
     let mut M = core::mem::take(&mut ws.matrix);
     composite_bodies(ws, &conditions, q, &mut M);
     response.copy_from_slice(&M);
@@ -286,6 +286,7 @@ fn by_mass_matrix<S: Scalar>(
         x[dof] = if imposed(dof) { S::ZERO } else { tau[dof] - x[dof] };
     }
     // M_ff q̈_f = x; imposed rows and columns become those of the identity
+    ws.places.load(&ws.inertia);
     composite_bodies(ws, c, q, &mut M);
     identity_where(&imposed, &mut M, nv);
     ws.grouped.load(&M);

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 use sinew_model::{Model, Scalar, wide_forms};
 
-use crate::mass_matrix::composite_bodies;
+use crate::mass_matrix::upper_triangle;
 use crate::scratch::Conditions;
 use crate::{Bodies, Scratch, Workspace};
 
@@ -49,17 +49,19 @@ wide_forms! {
 /// # Panics
 /// If a slice has the wrong length.
 pub fn inverse_mass_matrix_with<S: Scalar>(b: &Bodies<S>, ws: &mut Scratch<S>, q: &[S], M_inverse: &mut [S]) {
-    let conditions = ws.take(b);
+    let conditions = ws.take_composites(b);
     invert(ws, &conditions, q, M_inverse);
 }
 
 /// The same once the inertias are taken.
 #[inline(always)]
-fn invert<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>, q: &[S], M_inverse: &mut [S]) {
-    composite_bodies(ws, c, q, M_inverse);
-    let Scratch { support, grouped, column, .. } = ws;
-    grouped.load(M_inverse);
-    grouped.factor(support, column);
-    grouped.invert(support, column);
+pub(crate) fn invert<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>, q: &[S], M_inverse: &mut [S]) {
+    assert_eq!(M_inverse.len(), ws.mechanism.nv() * ws.mechanism.nv(), "M_inverse");
+    let mut grouped = core::mem::take(&mut ws.grouped);
+    let (stride, M) = grouped.columns();
+    upper_triangle(ws, c, q, stride, M);
+    grouped.factor(&ws.support, &mut ws.column);
+    grouped.invert(&ws.support, &mut ws.column);
     grouped.store(M_inverse);
+    ws.grouped = grouped;
 }

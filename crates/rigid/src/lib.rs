@@ -37,10 +37,10 @@ mod inverse_dynamics_derivatives;
 mod inverse_mass_matrix;
 mod ltdl;
 mod mass_matrix;
+mod places;
 mod regressor;
 mod rnea;
 mod scratch;
-mod slots;
 mod support;
 mod tool_wrench;
 mod workspace;
@@ -48,7 +48,9 @@ mod workspace;
 pub use base_parameters::{BaseParameters, ParameterGroup, base_parameters};
 pub use batch::{
     BatchWorkspace, forward_dynamics_batch, forward_dynamics_batch_into, inverse_dynamics_batch,
-    inverse_dynamics_batch_into, mass_matrix_batch, mass_matrix_batch_into,
+    inverse_dynamics_batch_into, inverse_dynamics_derivatives_batch, inverse_dynamics_derivatives_batch_into,
+    inverse_mass_matrix_batch, inverse_mass_matrix_batch_into, mass_matrix_batch, mass_matrix_batch_into,
+    mass_matrix_upper_batch_into, regressor_batch, regressor_batch_into,
 };
 pub use bodies::{Bodies, inertias};
 pub use centroidal_momentum::{
@@ -77,7 +79,7 @@ pub use inverse_dynamics_derivatives::{
     inverse_dynamics_derivatives_with,
 };
 pub use inverse_mass_matrix::{inverse_mass_matrix, inverse_mass_matrix_into, inverse_mass_matrix_with};
-pub use mass_matrix::{mass_matrix, mass_matrix_into, mass_matrix_with};
+pub use mass_matrix::{mass_matrix, mass_matrix_into, mass_matrix_upper_into, mass_matrix_with};
 pub use regressor::{PARAMETERS, regressor, regressor_into, regressor_with};
 pub use rnea::inverse_dynamics_with;
 pub use scratch::Scratch;

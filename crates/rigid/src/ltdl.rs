@@ -8,10 +8,10 @@ use sinew_model::Scalar;
 use crate::support::Support;
 
 /// A symmetric matrix with the zeros of the mass matrix, by columns of whole groups.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Grouped<S> {
     entries: Vec<S>,
-    // One column.
+    // Two columns.
     sum: Vec<S>,
     n: usize,
     // Numbers of a column: n and what fills the last pair of groups.
@@ -22,7 +22,13 @@ impl<S: Scalar> Grouped<S> {
     /// Room for n × n numbers.
     pub(crate) fn new(n: usize) -> Self {
         let height = usize::next_multiple_of(n, 2 * S::GROUP).max(1);
-        Self { entries: vec![S::ZERO; n * height], sum: vec![S::ZERO; height], n, height }
+        Self { entries: vec![S::ZERO; n * height], sum: vec![S::ZERO; 2 * height], n, height }
+    }
+
+    /// The distance between columns, and all columns; only what is on and above the diagonal counts.
+    #[inline(always)]
+    pub(crate) fn columns(&mut self) -> (usize, &mut [S]) {
+        (self.height, &mut self.entries)
     }
 
     /// Takes an n × n matrix by columns.
@@ -102,10 +108,16 @@ impl<S: Scalar> Grouped<S> {
                 (start..end).for_each(|j| room[j] = self.get(j, i));
             }
             let (before, own) = self.entries.split_at_mut(height * i);
-            for row in (0..i).step_by(2 * width) {
-                let [low, high] = minus_sum(before, height, row, ancestors, room);
-                S::ungroup(low, &mut own[row..row + width]);
-                S::ungroup(high, &mut own[row + width..row + 2 * width]);
+            let mut row = 0;
+            while row < i {
+                // a sum waits for its last term: several are on their way
+                if i > row + 2 * width {
+                    minus_sums::<S, 4, 1>(before, height, row, ancestors, [room], [own]);
+                    row += 4 * width;
+                } else {
+                    minus_sums::<S, 2, 1>(before, height, row, ancestors, [room], [own]);
+                    row += 2 * width;
+                }
             }
             let mut diagonal = d_inverse;
             for &(start, end) in ancestors {
@@ -141,40 +153,55 @@ impl<S: Scalar> Grouped<S> {
         }
     }
 
-    /// −A x for each column x of `X`, n × n, which has the zeros of the mass matrix; all numbers of A must stand.
+    /// −A x for each column x of both matrices, n × n, which have the zeros of the mass matrix; all numbers of A must
+    /// stand.
     #[inline(always)]
-    pub(crate) fn minus_times(&mut self, support: &Support, X: &mut [S]) {
+    pub(crate) fn minus_times(&mut self, support: &Support, X: &mut [S], Y: &mut [S]) {
         let Self { entries, sum, n, height } = self;
-        for (k, x) in X.chunks_exact_mut((*n).max(1)).enumerate() {
-            for (pair, sum) in sum.chunks_exact_mut(2 * S::GROUP).enumerate() {
-                let [low, high] = minus_sum(entries, *height, 2 * S::GROUP * pair, support.related(k), x);
-                S::ungroup(low, &mut sum[..S::GROUP]);
-                S::ungroup(high, &mut sum[S::GROUP..]);
+        let (sum_x, sum_y) = sum.split_at_mut(*height);
+        let columns = X.chunks_exact_mut((*n).max(1)).zip(Y.chunks_exact_mut((*n).max(1)));
+        for (k, (x, y)) in columns.enumerate() {
+            // a number of A is read once for both
+            for row in (0..*n).step_by(2 * S::GROUP) {
+                let ranges = support.related(k);
+                minus_sums::<S, 2, 2>(entries, *height, row, ranges, [x, y], [sum_x, sum_y]);
             }
-            x.copy_from_slice(&sum[..*n]);
+            x.copy_from_slice(&sum_x[..*n]);
+            y.copy_from_slice(&sum_y[..*n]);
         }
     }
 }
 
-/// −Σ_j a_j x_j, the columns x_j one after the other in `columns`, for two groups of rows from `row` on.
+/// −Σ_j a_j x_j, the columns x_j one after the other in `columns`, for `N` groups of rows from `row` on and `K` lists of
+/// numbers a_j.
 #[inline(always)]
-fn minus_sum<S: Scalar>(
-    entries: &[S],
+fn minus_sums<S: Scalar, const N: usize, const K: usize>(
+    columns: &[S],
     height: usize,
     row: usize,
     ranges: &[(usize, usize)],
-    a: &[S],
-) -> [S::Group; 2] {
-    let (mut low, mut high) = (S::Group::ZERO, S::Group::ZERO);
+    a: [&[S]; K],
+    sums: [&mut [S]; K],
+) {
+    let mut own = [[S::Group::ZERO; N]; K];
     for &(start, end) in ranges {
-        let columns = entries[height * start..height * end].chunks_exact(height);
-        for (column, a) in columns.zip(&a[start..end]) {
-            let rows = &column[row..row + 2 * S::GROUP];
-            low -= S::group(&rows[..S::GROUP]) * a.repeated();
-            high -= S::group(&rows[S::GROUP..]) * a.repeated();
+        for j in start..end {
+            // with a check of each: over slices of columns the compiler takes the groups apart
+            let rows = &columns[height * j + row..][..N * S::GROUP];
+            for l in 0..K {
+                let a = a[l][j].repeated();
+                for k in 0..N {
+                    own[l][k] -= S::group(&rows[k * S::GROUP..][..S::GROUP]) * a;
+                }
+            }
         }
     }
-    [low, high]
+    for (sums, own) in sums.into_iter().zip(own) {
+        let sums = &mut sums[row..][..N * S::GROUP];
+        for k in 0..N {
+            S::ungroup(own[k], &mut sums[k * S::GROUP..][..S::GROUP]);
+        }
+    }
 }
 
 #[cfg(test)]

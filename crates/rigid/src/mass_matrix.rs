@@ -1,10 +1,9 @@
 //! The mass matrix: the composite-rigid-body algorithm.
 
 use nalgebra::DMatrix;
-use sinew_model::{Force, Inertia, Model, Motion, Scalar, Segment, SegmentKind, wide_forms};
+use sinew_model::{Force, Model, Scalar, Segment, SegmentKind, wide_forms};
 
 use crate::scratch::Conditions;
-use crate::slots::{self, move_to_parent};
 use crate::{Bodies, Scratch, Workspace};
 
 /// The mass matrix (composite rigid bodies).
@@ -43,12 +42,38 @@ wide_forms! {
     }
 }
 
+wide_forms! {
+    avx2,
+    /// The upper triangle of [`mass_matrix`] without allocation, into the nv × nv numbers of `M` by columns.
+    ///
+    /// Only entries on and above the diagonal whose joints carry one another are written: the others above it are zero
+    /// in every configuration. Who starts with zeros has the whole triangle after each call; with mimic joints, all of M.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    ///
+    /// # Example
+    /// ```
+    /// use sinew_rigid::{Workspace, mass_matrix, mass_matrix_upper_into};
+    /// let arm = sinew_model::samples::planar_arm(2, 3.0, 0.7);
+    /// let mut M = [0.0; 4];
+    /// mass_matrix_upper_into(&arm, &mut Workspace::new(&arm), &[0.1, 0.2], &mut M);
+    /// assert_eq!((M[1], M[2]), (0.0, mass_matrix(&arm, &[0.1, 0.2])[(0, 1)]));
+    /// ```
+    pub fn mass_matrix_upper_into(model: &Model, ws: &mut Workspace, q: &[f64], M: &mut [f64]) {
+        let (conditions, scratch, _) = ws.open(model);
+        let nv = model.nv;
+        assert_eq!(M.len(), nv * nv, "M");
+        upper_triangle(scratch, &conditions, q, nv, M);
+    }
+}
+
 /// [`mass_matrix_into`] for any kind of number, with the armature on the diagonal.
 ///
 /// # Panics
 /// If a slice has the wrong length.
 pub fn mass_matrix_with<S: Scalar>(b: &Bodies<S>, ws: &mut Scratch<S>, q: &[S], M: &mut [S]) {
-    let conditions = ws.take(b);
+    let conditions = ws.take_composites(b);
     composite_bodies(ws, &conditions, q, M);
 }
 
@@ -58,81 +83,38 @@ pub(crate) fn composite_bodies<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>
     let nv = ws.mechanism.nv();
     assert_eq!(M.len(), nv * nv, "M");
     M.fill(S::ZERO);
-    for dof in 0..nv {
-        M[dof + nv * dof] = c.armature(dof);
+    upper_triangle(ws, c, q, nv, M);
+    if !ws.mechanism.has_mimic() {
+        ws.support.mirror(M);
     }
-    let Scratch { mechanism, at, inertia, body, composite, slots, forces, .. } = ws;
+}
+
+/// Entries on and above the diagonal that may be other than zero, columns `stride` apart; with mimic joints all of M.
+#[inline(always)]
+pub(crate) fn upper_triangle<S: Scalar>(
+    ws: &mut Scratch<S>,
+    c: &Conditions<S>,
+    q: &[S],
+    stride: usize,
+    M: &mut [S],
+) {
+    let Scratch { mechanism, at, places, .. } = ws;
+    let nv = mechanism.nv();
     mechanism.read(q, at);
-    composite[1..].copy_from_slice(inertia);
-    for k in 0..mechanism.segments().len() {
-        body[k + 1].pose = mechanism.pose(k, q, at);
+    places.set_out(mechanism, q, at);
+    if mechanism.has_mimic() {
+        for column in M.chunks_exact_mut(stride) {
+            column[..nv].fill(S::ZERO);
+        }
+        places.add_up();
+        places.add_all(stride, M);
+    } else {
+        places.write_upper(stride, M);
     }
-    let mut carried = Inertia::default();
-    for (k, segment) in mechanism.segments().iter().enumerate().rev() {
-        let pose = &body[k + 1].pose;
-        let mut I = composite[k + 1];
-        if S::FITS_REGISTERS {
-            I += carried;
-            carried = Inertia::default();
+    if !c.armature.is_empty() {
+        for dof in 0..nv {
+            M[dof + stride * dof] += c.armature(dof);
         }
-        // F = I_c S of the own axes; those of the subtree have been moved here
-        for axis in 0..segment.nv() {
-            slots::put(forces, slots.place(segment.first_axis + axis), momentum(&I, segment, axis));
-        }
-        for axis in 0..segment.nv() {
-            // M_ij = S_i·F_j
-            let row = segment.first_dof + axis;
-            let feels = S::GROUP * component_along(segment, axis);
-            let columns = slots.subtree(k, axis);
-            M[row + nv * row] += forces[columns[0].0 + feels] * segment.ratio;
-            for &(place, column) in &columns[1..] {
-                let entry = forces[place + feels] * segment.ratio;
-                M[row + nv * column] += entry;
-                M[column + nv * row] += entry;
-            }
-        }
-        if segment.parent > 0 {
-            move_to_parent(forces, slots.groups(k), pose);
-            // I_parent = I_parent + Xᵀ I X
-            let to_parent = pose.inertia_to_parent(&I);
-            if S::FITS_REGISTERS && segment.parent == k {
-                carried = to_parent;
-            } else {
-                composite[segment.parent] += to_parent;
-            }
-        }
-    }
-}
-
-/// I S_k of a composite body in its own frame.
-#[inline(always)]
-fn momentum<S: Scalar>(I: &Inertia<S>, segment: &Segment, k: usize) -> Force<S> {
-    let (J, h, o) = (&I.second_moment, I.first_moment, S::ZERO);
-    match segment.kind {
-        SegmentKind::Turning => {
-            let F = Force::new([J.xz, J.yz, J.zz].into(), [-h.y, h.x, o].into());
-            F * S::constant(segment.ratio)
-        }
-        SegmentKind::Sliding => {
-            let F = Force::new([h.y, -h.x, o].into(), [o, o, I.mass].into());
-            F * S::constant(segment.ratio)
-        }
-        SegmentKind::Free => {
-            let mut unit = [o; 6];
-            unit[k] = S::ONE;
-            let [a, b, c, d, e, f] = unit;
-            I.times(Motion::new([a, b, c].into(), [d, e, f].into()))
-        }
-    }
-}
-
-/// The component of a force in the segment's frame that axis `k` feels, before its ratio.
-#[inline(always)]
-fn component_along(segment: &Segment, k: usize) -> usize {
-    match segment.kind {
-        SegmentKind::Turning => 2,
-        SegmentKind::Sliding => 5,
-        SegmentKind::Free => k,
     }
 }
 

@@ -70,37 +70,49 @@ fn rows<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>, q: &[S], qd: &[S], qd
     assert_eq!((qd.len(), qdd.len()), (nv, nv), "qd, qdd");
     assert_eq!(Y.len(), nv * PARAMETERS * ws.inertia.len(), "Y");
     Y.fill(S::ZERO);
+    start(ws, c, q);
+    for (k, block) in Y.chunks_exact_mut((nv * PARAMETERS).max(1)).enumerate() {
+        body_rows(ws, k, qd, qdd, block);
+    }
+}
+
+/// Poses of all bodies, and how the world moves.
+#[inline(always)]
+pub(crate) fn start<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>, q: &[S]) {
     ws.poses_about_roots(q);
+    ws.body[0].acceleration = c.ground();
+}
+
+/// Adds the columns of segment `k`, nv × 10; segments are taken in turn.
+#[inline(always)]
+pub(crate) fn body_rows<S: Scalar>(ws: &mut Scratch<S>, k: usize, qd: &[S], qdd: &[S], block: &mut [S]) {
     let Scratch { mechanism, world, body, axis, .. } = ws;
-    let segments = mechanism.segments();
-    body[0].acceleration = c.ground();
-    let blocks = Y.chunks_exact_mut((nv * PARAMETERS).max(1));
-    for ((k, segment), block) in segments.iter().enumerate().zip(blocks) {
-        // v = v_parent + Σ s q̇,   a = a_parent + Σ s q̈ + v × Σ s q̇, in the world's axes
-        let (mut moved, mut pushed) = (Motion::ZERO, Motion::ZERO);
-        for (l, axis) in axis[segment.first_axis..][..segment.nv()].iter_mut().enumerate() {
-            axis.s = segment.axis(l, &world[k + 1]);
-            moved += axis.s * qd[segment.first_dof + l];
-            pushed += axis.s * qdd[segment.first_dof + l];
-        }
-        let v = body[segment.parent].velocity + moved;
-        let a = body[segment.parent].acceleration + pushed + v.cross_motion(moved);
-        (body[k + 1].velocity, body[k + 1].acceleration) = (v, a);
-        // the parameters are told in the link's frame
-        let pose = Pose::new(segment.link_axes(&world[k + 1].rotation), world[k + 1].translation);
-        let torques = Torques::new(pose.motion_to_child(v), pose.motion_to_child(a));
-        let mut row = k + 1;
-        while row > 0 {
-            let carrier = &segments[row - 1];
-            for (l, axis) in axis[carrier.first_axis..][..carrier.nv()].iter().enumerate() {
-                let along = torques.along(pose.motion_to_child(axis.s));
-                let entries = &mut block[carrier.first_dof + l..];
-                for p in 0..PARAMETERS {
-                    entries[nv * p] += along[p];
-                }
+    let (segments, nv) = (mechanism.segments(), mechanism.nv());
+    let segment = &segments[k];
+    // v = v_parent + Σ s q̇,   a = a_parent + Σ s q̈ + v × Σ s q̇, in the world's axes
+    let (mut moved, mut pushed) = (Motion::ZERO, Motion::ZERO);
+    for (l, axis) in axis[segment.first_axis..][..segment.nv()].iter_mut().enumerate() {
+        axis.s = segment.axis(l, &world[k + 1]);
+        moved += axis.s * qd[segment.first_dof + l];
+        pushed += axis.s * qdd[segment.first_dof + l];
+    }
+    let v = body[segment.parent].velocity + moved;
+    let a = body[segment.parent].acceleration + pushed + v.cross_motion(moved);
+    (body[k + 1].velocity, body[k + 1].acceleration) = (v, a);
+    // the parameters are told in the link's frame
+    let pose = Pose::new(segment.link_axes(&world[k + 1].rotation), world[k + 1].translation);
+    let torques = Torques::new(pose.motion_to_child(v), pose.motion_to_child(a));
+    let mut row = k + 1;
+    while row > 0 {
+        let carrier = &segments[row - 1];
+        for (l, axis) in axis[carrier.first_axis..][..carrier.nv()].iter().enumerate() {
+            let along = torques.along(pose.motion_to_child(axis.s));
+            let entries = &mut block[carrier.first_dof + l..];
+            for p in 0..PARAMETERS {
+                entries[nv * p] += along[p];
             }
-            row = carrier.parent;
         }
+        row = carrier.parent;
     }
 }
 

@@ -11,7 +11,7 @@ use crate::Bodies;
 use crate::coriolis::Transport;
 use crate::inverse_dynamics_derivatives::Axis;
 use crate::ltdl::Grouped;
-use crate::slots::Slots;
+use crate::places::Places;
 use crate::support::Support;
 
 /// One workspace for all algorithms over numbers of one kind; nothing is allocated after `new`.
@@ -32,9 +32,7 @@ pub struct Scratch<S> {
     pub(crate) subtree_force: Vec<Force<S>>,
     pub(crate) articulated: Vec<ArticulatedInertia<S>>,
     pub(crate) transport: Vec<Transport<S>>,
-    // Forces of unit accelerations along each axis, side by side.
-    pub(crate) slots: Slots,
-    pub(crate) forces: Vec<S>,
+    pub(crate) places: Places<S>,
     // Of each axis of each segment.
     pub(crate) axis: Vec<Axis<S>>,
     pub(crate) pivot: Vec<Pivot<S>>,
@@ -110,13 +108,14 @@ impl<S: Scalar> Scratch<S> {
         let of_segment = |(segment, joint): (&sinew_model::Segment, &sinew_model::Joint)| -> Inertia<S> {
             segment.inertia_from_link(&Inertia::constant(&joint.inertia))
         };
-        let slots = Slots::new(&mechanism, S::GROUP);
+        let inertia: Vec<_> = mechanism.segments().iter().zip(&model.joints).map(of_segment).collect();
+        let mut places = Places::new(&mechanism);
+        places.load(&inertia);
         Self {
-            forces: vec![S::ZERO; slots.room()],
-            slots,
+            places,
             support: Support::new(&mechanism),
             at: Coordinates::new(&mechanism),
-            inertia: mechanism.segments().iter().zip(&model.joints).map(of_segment).collect(),
+            inertia,
             body: vec![Body::resting(); rows],
             world: vec![Pose::identity(); rows],
             placed: vec![Inertia::default(); rows],
@@ -148,6 +147,14 @@ impl<S: Scalar> Scratch<S> {
             *own = segment.inertia_from_link(given);
         }
         Conditions { gravity: b.gravity, armature: b.armature }
+    }
+
+    /// The same for algorithms that add composite bodies up.
+    #[inline(always)]
+    pub(crate) fn take_composites<'a>(&mut self, b: &Bodies<'a, S>) -> Conditions<'a, S> {
+        let conditions = self.take(b);
+        self.places.load(&self.inertia);
+        conditions
     }
 
     /// True if the inertias are those of the model.

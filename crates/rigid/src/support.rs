@@ -14,6 +14,7 @@ use sinew_model::Mechanism;
 #[derive(Debug, Clone)]
 pub(crate) struct Support {
     ancestors: Ranges,
+    carriers: Ranges,
     related: Ranges,
 }
 
@@ -45,14 +46,36 @@ impl Support {
         }
         let ancestor = |i: usize, of: usize| i < of && carries[i + nv * of];
         let ancestors = Ranges::new(nv, ancestor);
+        let carriers = Ranges::new(nv, |i, of| i == of || ancestor(i, of));
         let related = Ranges::new(nv, |i, of| i == of || ancestor(i, of) || ancestor(of, i));
-        Self { ancestors, related }
+        Self { ancestors, carriers, related }
     }
 
     /// Ranges of the degrees of freedom below `dof` that carry it, ascending.
     #[inline(always)]
     pub(crate) fn ancestors(&self, dof: usize) -> &[(usize, usize)] {
         self.ancestors.of(dof)
+    }
+
+    /// The same with `dof` itself.
+    #[inline(always)]
+    pub(crate) fn carriers(&self, dof: usize) -> &[(usize, usize)] {
+        self.carriers.of(dof)
+    }
+
+    /// Writes what stands above the diagonal of an n × n matrix below it too, without its zeros.
+    #[inline(always)]
+    pub(crate) fn mirror<S: Copy>(&self, M: &mut [S]) {
+        let n = self.ancestors.first.len() - 1;
+        for j in 0..n {
+            for &(start, end) in self.ancestors(j) {
+                let (before, own) = M.split_at_mut(n * j);
+                let rows = before[n * start..n * end].chunks_exact_mut(n);
+                for (row, x) in rows.zip(&own[start..end]) {
+                    row[j] = *x;
+                }
+            }
+        }
     }
 
     /// Ranges of the degrees of freedom that carry `dof` or are carried by it, itself included.

@@ -5,11 +5,14 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use sinew_kinematics::{
-    Axes, difference_into, hessian_into, integrate_into, jacobian_into, jacobian_rate_into, joint_axes_into,
-    link_poses_into,
+    Axes, body_poses_with, centre_of_mass_jacobian_with, centre_of_mass_with, classical_acceleration_with,
+    difference_into, hessian_into, hessian_with, integrate_into, jacobian_batch_into, jacobian_into,
+    jacobian_rate_into, jacobian_rate_with, jacobian_with, joint_axes_into, joint_axes_with,
+    link_acceleration_with, link_pose_with, link_poses_into, link_poses_with, link_velocity_with,
+    position_rate_with,
 };
 use sinew_model::samples::{Random, random_tree};
-use sinew_model::{Dual, Pose, Scalar};
+use sinew_model::{Dual, Force, Lanes, Mechanism, Model, Pose, Scalar};
 use sinew_rigid::*;
 
 struct Counting;
@@ -56,6 +59,7 @@ fn forms_with_a_workspace_do_not_allocate() {
             gravity_into(&model, &mut ws, &q, &mut tau);
             forward_dynamics_into(&model, &mut ws, &q, &qd, &qdd, &mut tau);
             mass_matrix_into(&model, &mut ws, &q, &mut M);
+            mass_matrix_upper_into(&model, &mut ws, &q, &mut M);
             inverse_mass_matrix_into(&model, &mut ws, &q, &mut M);
             coriolis_matrix_into(&model, &mut ws, &q, &qd, &mut M);
             regressor_into(&model, &mut ws, &q, &qd, &qdd, &mut Y);
@@ -82,7 +86,10 @@ fn batches_and_kinematics_with_a_workspace_do_not_allocate() {
     let qd = random.vector(2 * nv);
     let (one, rate) = (&q[..model.nq], &qd[..nv]);
     let (mut out, mut M) = (vec![0.0; 2 * nv], vec![0.0; 2 * nv * nv]);
+    let (mut A, mut B) = (M.clone(), M.clone());
+    let mut Y = vec![0.0; 2 * nv * PARAMETERS * model.joints.len()];
     let (mut J, mut moved) = (vec![0.0; 6 * nv], vec![0.0; model.nq]);
+    let (mut Js, mut js) = (vec![0.0; 12 * nv], sinew_kinematics::BatchWorkspace::new(&model));
     let (mut batch, mut ws) = (BatchWorkspace::new(&model), sinew_kinematics::Workspace::new(&model));
     let tip = model.last_link();
     let (mut H, mut poses) = (vec![0.0; 6 * nv * nv], vec![Pose::identity(); model.links.len()]);
@@ -91,6 +98,11 @@ fn batches_and_kinematics_with_a_workspace_do_not_allocate() {
         inverse_dynamics_batch_into(&model, &mut batch, &q, &qd, &qd, &mut out);
         forward_dynamics_batch_into(&model, &mut batch, &q, &qd, &qd, &mut out);
         mass_matrix_batch_into(&model, &mut batch, &q, &mut M);
+        mass_matrix_upper_batch_into(&model, &mut batch, &q, &mut M);
+        inverse_mass_matrix_batch_into(&model, &mut batch, &q, &mut M);
+        regressor_batch_into(&model, &mut batch, &q, &qd, &qd, &mut Y);
+        inverse_dynamics_derivatives_batch_into(&model, &mut batch, &q, &qd, &qd, &mut M, &mut A, &mut B);
+        jacobian_batch_into(&model, &mut js, &q, tip, Axes::World, &mut Js);
         jacobian_into(&model, &mut ws, one, tip, Axes::Local, &mut J);
         jacobian_rate_into(&model, &mut ws, one, rate, tip, Axes::World, &mut J);
         hessian_into(&model, &mut ws, one, tip, Axes::World, &mut H);
@@ -102,16 +114,67 @@ fn batches_and_kinematics_with_a_workspace_do_not_allocate() {
     assert_eq!(count, 0);
 }
 
+/// Every form for any kind of number, once.
+fn allocations_of_forms_for_any_number<S: Scalar>(model: &Model) -> usize {
+    let (nv, bodies) = (model.nv, model.joints.len());
+    let of = |x: Vec<f64>| -> Vec<S> { x.into_iter().map(S::constant).collect() };
+    let mut random = Random::new(5);
+    let (q, qd, qdd) = (of(random.position(model)), of(random.vector(nv)), of(random.vector(nv)));
+    let inertia = inertias(model);
+    let armature = of(vec![0.1; nv]);
+    let b = Bodies { armature: &armature, ..Bodies::new(model, &inertia) };
+    let imposed: Vec<bool> = (0..nv).map(|i| i % 2 == 0).collect();
+    let zeros = |n: usize| vec![S::ZERO; n];
+    let (mut x, mut tau) = (qdd.clone(), qdd.clone());
+    let (mut A, mut B, mut C) = (zeros(nv * nv), zeros(nv * nv), zeros(nv * nv));
+    let (mut y, mut Y) = (zeros(PARAMETERS * bodies), zeros(nv * PARAMETERS * bodies));
+    let (mut J, mut H, mut j) = (zeros(6 * nv), zeros(6 * nv * nv), zeros(3 * nv));
+    let mut axes = zeros(6 * Mechanism::new(model).axes());
+    let mut poses = vec![Pose::identity(); model.links.len()];
+    let mut body_poses = vec![Pose::identity(); bodies];
+    let mut rate = zeros(model.nq);
+    let (mut ws, mut places) = (Scratch::new(model), sinew_kinematics::Scratch::new(model));
+    let tip = model.last_link();
+    allocations(|| {
+        inverse_dynamics_with(&b, &mut ws, &q, &qd, &qdd, &mut tau);
+        forward_dynamics_with(&b, &mut ws, &q, &qd, &qdd, &mut x);
+        hybrid_dynamics_with(&b, &mut ws, &q, &qd, &imposed, &mut x, &mut tau);
+        hybrid_response_with(&b, &mut ws, &q, &imposed, &mut A);
+        mass_matrix_with(&b, &mut ws, &q, &mut A);
+        inverse_mass_matrix_with(&b, &mut ws, &q, &mut A);
+        coriolis_matrix_with(&b, &mut ws, &q, &qd, &mut A);
+        regressor_with(&b, &mut ws, &q, &qd, &qdd, &mut Y);
+        inverse_dynamics_derivatives_with(&b, &mut ws, &q, &qd, &qdd, &mut A, &mut B, &mut C);
+        forward_dynamics_derivatives_with(&b, &mut ws, &q, &qd, &qdd, &mut A, &mut B, &mut C);
+        kinetic_energy_with(&b, &mut ws, &q, &qd);
+        potential_energy_with(&b, &mut ws, &q);
+        kinetic_energy_regressor_with(&b, &mut ws, &q, &qd, &mut y);
+        potential_energy_regressor_with(&b, &mut ws, &q, &mut y);
+        centroidal_momentum_with(&b, &mut ws, &q, &qd, &qdd);
+        centroidal_momentum_matrix_with(&b, &mut ws, &q, &mut J);
+        tool_wrench_with(&b, &mut ws, &q, tip, Force::ZERO, &mut tau);
+        body_poses_with(model, &q, &mut body_poses);
+        link_pose_with(model, &q, tip);
+        link_poses_with(model, &mut places, &q, &mut poses);
+        link_velocity_with(model, &mut places, &q, &qd, tip, Axes::World);
+        link_acceleration_with(model, &mut places, &q, &qd, &qdd, tip, Axes::Local);
+        classical_acceleration_with(model, &mut places, &q, &qd, &qdd, tip, Axes::Local);
+        jacobian_with(model, &mut places, &q, tip, Axes::Local, &mut J);
+        jacobian_rate_with(model, &mut places, &q, &qd, tip, Axes::World, &mut J);
+        joint_axes_with(model, &mut places, &q, &mut axes);
+        hessian_with(model, &mut places, &q, tip, Axes::World, &mut H);
+        centre_of_mass_with(model, &inertia, &mut places, &q);
+        centre_of_mass_jacobian_with(model, &inertia, &mut places, &q, &mut j);
+        position_rate_with(model, &q, &qd, &mut rate);
+    })
+}
+
 #[test]
-fn hybrid_dynamics_of_dual_numbers_does_not_allocate() {
-    let model = random_tree(12, 5);
-    let inertia = inertias(&model);
-    let b = Bodies::new(&model, &inertia);
-    let mut ws = Scratch::new(&model);
-    let q: Vec<_> = Random::new(5).position(&model).into_iter().map(Dual::<3>::constant).collect();
-    let qd = vec![Dual::ONE; model.nv];
-    let imposed: Vec<bool> = (0..model.nv).map(|i| i % 2 == 0).collect();
-    let (mut qdd, mut tau) = (qd.clone(), qd.clone());
-    let count = allocations(|| hybrid_dynamics_with(&b, &mut ws, &q, &qd, &imposed, &mut qdd, &mut tau));
-    assert_eq!(count, 0);
+fn forms_for_any_kind_of_number_do_not_allocate() {
+    for seed in 0..6 {
+        let model = random_tree(12, seed);
+        assert_eq!(allocations_of_forms_for_any_number::<f64>(&model), 0);
+        assert_eq!(allocations_of_forms_for_any_number::<Dual<3>>(&model), 0);
+        assert_eq!(allocations_of_forms_for_any_number::<Lanes<4>>(&model), 0);
+    }
 }
