@@ -1,10 +1,10 @@
 //! Accelerations of links and motors under motor torques.
 
 use nalgebra::DVector;
-use sinew_model::Scalar;
-use sinew_rigid::forward_dynamics_with;
+use sinew_model::{Scalar, Vector3, wide_forms};
+use sinew_rigid::{forward_dynamics_into, forward_dynamics_with};
 
-use crate::{ElasticJoints, Workspace};
+use crate::{ElasticJoints, Scratch, Workspace};
 
 impl ElasticJoints {
     /// Accelerations of links and motors that the motor torques `tau_m` produce.
@@ -13,7 +13,15 @@ impl ElasticJoints {
     /// q̈ = M⁻¹ (τ_j − C q̇ − g),   θ̈ = B⁻¹ (τ_m − τ_j);   in rigid joints q̈ = θ̈ with B on M's diagonal
     /// ```
     ///
-    /// `q`: nq, rad (m). `qd`, `theta`, `thetad`, `tau_m`: nv. Returns (q̈, θ̈): nv each. Cost O(n).
+    /// `q`: nq, rad (m). `qd`, `theta`, `thetad`, `tau_m`: nv. Returns (q̈, θ̈): nv each. Cost O(n), in the complete model
+    /// too: a rotor is free to turn, so its moment on the link that carries it, (τ_m − τ_j)/N about its axis u and its
+    /// gyroscopic h ω × u, is known before any acceleration is:
+    ///
+    /// ```text
+    /// M q̈ + C q̇ + g + Σ J_ωᵀ [(τ_m − τ_j)/N u + h ω × u] = τ_j,   B θ̈ = τ_m − τ_j − B/N u·α
+    /// ```
+    ///
+    /// with M of the links without the spin of their rotors, and h = B/N (u·ω/N + θ̇).
     ///
     /// # Panics
     /// If a slice has the wrong length.
@@ -42,27 +50,37 @@ impl ElasticJoints {
     ) -> (DVector<f64>, DVector<f64>) {
         let (mut qdd, mut thetadd) = (DVector::zeros(self.model.nv), DVector::zeros(self.model.nv));
         let ws = &mut Workspace::new(self);
-        self.forward_dynamics_with(
-            ws,
-            q,
-            qd,
-            theta,
-            thetad,
-            tau_m,
-            qdd.as_mut_slice(),
-            thetadd.as_mut_slice(),
-        );
+        let (into_qdd, into_thetadd) = (qdd.as_mut_slice(), thetadd.as_mut_slice());
+        self.forward_dynamics_into(ws, q, qd, theta, thetad, tau_m, into_qdd, into_thetadd);
         (qdd, thetadd)
     }
 
-    /// [`ElasticJoints::forward_dynamics`] for any kind of number, into `qdd` and `thetadd`.
+    /// [`ElasticJoints::forward_dynamics`] without allocation, into the nv numbers each of `qdd` and `thetadd`.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn forward_dynamics_into(
+        &self,
+        ws: &mut Workspace,
+        q: &[f64],
+        qd: &[f64],
+        theta: &[f64],
+        thetad: &[f64],
+        tau_m: &[f64],
+        qdd: &mut [f64],
+        thetadd: &mut [f64],
+    ) {
+        forward(self, ws, q, qd, theta, thetad, tau_m, qdd, thetadd);
+    }
+
+    /// [`ElasticJoints::forward_dynamics_into`] for any kind of number.
     ///
     /// # Panics
     /// If a slice has the wrong length.
     #[inline(always)]
     pub fn forward_dynamics_with<S: Scalar>(
         &self,
-        ws: &mut Workspace<S>,
+        ws: &mut Scratch<S>,
         q: &[S],
         qd: &[S],
         theta: &[S],
@@ -71,20 +89,60 @@ impl ElasticJoints {
         qdd: &mut [S],
         thetadd: &mut [S],
     ) {
+        self.push_links(ws, q, qd, theta, thetad, tau_m);
+        let bodies = Scratch::bodies(self, &ws.inertia, &ws.armature);
+        forward_dynamics_with(&bodies, &mut ws.rigid, q, qd, &ws.tau, qdd);
+        self.spin_motors(ws, tau_m, qdd, thetadd);
+    }
+
+    /// The torques that move the links: of the springs, of rigid joints' motors, of the rotors they carry.
+    #[inline(always)]
+    pub(crate) fn push_links<S: Scalar>(
+        &self,
+        ws: &mut Scratch<S>,
+        q: &[S],
+        qd: &[S],
+        theta: &[S],
+        thetad: &[S],
+        tau_m: &[S],
+    ) {
         let nv = self.model.nv;
-        assert_eq!((tau_m.len(), thetadd.len()), (nv, nv), "tau_m, thetadd");
+        assert_eq!(tau_m.len(), nv, "tau_m");
         // τ_j = K (θ − q) + D (θ̇ − q̇), or τ_m in rigid joints
-        self.spring_torque_with(q, qd, theta, thetad, &mut ws.tau);
-        for dof in (0..nv).filter(|&dof| !self.elastic[dof]) {
-            ws.tau[dof] = tau_m[dof];
-        }
-        // q̈ = M⁻¹ (τ_j − C q̇ − g)
-        let bodies = Workspace::bodies(self, &ws.inertia, &ws.armature);
-        forward_dynamics_with(&bodies, &mut ws.scratch, q, qd, &ws.tau, qdd);
-        // θ̈ = B⁻¹ (τ_m − τ_j)
+        self.spring_torque_with(q, qd, theta, thetad, &mut ws.tau_j);
         for dof in 0..nv {
-            let alone = (tau_m[dof] - ws.tau[dof]) / self.rotor[dof];
+            ws.tau[dof] = if self.elastic[dof] { ws.tau_j[dof] } else { tau_m[dof] };
+        }
+        if !self.has_moving_rotors() {
+            return;
+        }
+        self.turn(ws, q, qd);
+        self.spin(ws, thetad);
+        let Scratch { turn, spin, tau, tau_j, .. } = ws;
+        turn.iter_mut().for_each(|turn| turn.moment = Vector3::ZERO);
+        for (rotor, spin) in self.rotors.iter().zip(&*spin) {
+            // n = (τ_m − τ_j)/N u + h ω × u
+            let along = (tau_m[rotor.dof] - tau_j[rotor.dof]) * rotor.ratio;
+            turn[rotor.row].moment += spin.axis * along + spin.swing * spin.momentum;
+        }
+        self.hand_moments_down(turn, tau);
+    }
+
+    /// Accelerations of the motors, once those of the links are known.
+    #[inline(always)]
+    fn spin_motors<S: Scalar>(&self, ws: &mut Scratch<S>, tau_m: &[S], qdd: &[S], thetadd: &mut [S]) {
+        assert_eq!(thetadd.len(), self.model.nv, "thetadd");
+        // θ̈ = B⁻¹ (τ_m − τ_j)
+        for dof in 0..self.model.nv {
+            let alone = (tau_m[dof] - ws.tau_j[dof]) / self.rotor_inertia[dof];
             thetadd[dof] = if self.elastic[dof] { alone } else { qdd[dof] };
+        }
+        if self.has_moving_rotors() {
+            self.accelerate(&mut ws.turn, qdd);
+        }
+        for (rotor, spin) in self.rotors.iter().zip(&ws.spin) {
+            // θ̈ = θ̈ − u·α/N
+            thetadd[rotor.dof] -= spin.axis.dot(ws.turn[rotor.row].acceleration) * rotor.ratio;
         }
     }
 
@@ -126,5 +184,30 @@ impl ElasticJoints {
             let rate = thetad[s.column] - qd[s.column];
             tau_j[s.row] += deflection * s.stiffness + rate * s.damping;
         }
+    }
+}
+
+wide_forms! {
+    avx2,
+    fn forward(
+        joints: &ElasticJoints,
+        ws: &mut Workspace,
+        q: &[f64],
+        qd: &[f64],
+        theta: &[f64],
+        thetad: &[f64],
+        tau_m: &[f64],
+        qdd: &mut [f64],
+        thetadd: &mut [f64],
+    ) {
+        let Workspace { links, scratch } = ws;
+        joints.push_links(scratch, q, qd, theta, thetad, tau_m);
+        if joints.armature {
+            let bodies = Scratch::bodies(joints, &scratch.inertia, &scratch.armature);
+            forward_dynamics_with(&bodies, &mut scratch.rigid, q, qd, &scratch.tau, qdd);
+        } else {
+            forward_dynamics_into(&joints.links, links, q, qd, &scratch.tau, qdd);
+        }
+        joints.spin_motors(scratch, tau_m, qdd, thetadd);
     }
 }

@@ -1,16 +1,29 @@
 //! The transmissions of a robot whose joints are rigid or elastic, in any mixture.
 
 use nalgebra::DMatrix;
-use sinew_model::{Coupling, Model, Robot};
+use sinew_model::{Coupling, Mechanism, Model, Robot};
 
-use crate::FlexJointError;
+use crate::deflection::{Group, order};
+use crate::rotors::{Rotor, mount};
+use crate::spin::carriers;
+use crate::{FlexJointError, SpinInertia};
 
-/// A robot with elastic joints: the reduced model, in which a rotor turns about its own axis only.
+/// A robot with elastic joints.
+///
+/// In the reduced model a rotor turns about its own axis only, as if its link stood still:
 ///
 /// ```text
 /// M(q) q̈ + C(q, q̇) q̇ + g(q) = τ_j,   B θ̈ + τ_j = τ_m,   τ_j = K (θ − q) + D (θ̇ − q̇)      elastic joints
 /// (M(q) + B) q̈ + C(q, q̇) q̇ + g(q) = τ_m                                                     rigid joints
 /// ```
+///
+/// In the complete model it turns with the link that carries it too, which couples the accelerations of both:
+///
+/// ```text
+/// Mc(q) q̈ + S(q) θ̈ + c(q, q̇, θ̇) + g(q) = τ_j,   Sᵀ(q) q̈ + B θ̈ + s(q, q̇) + τ_j = τ_m
+/// ```
+///
+/// with S as told at [`ElasticJoints::rotor_coupling`]. Rotors of rigid joints count on M's diagonal only.
 ///
 /// Vectors are by degree of freedom, positions q as the model has them; θ is the motor's position reflected to the
 /// link side. In rigid joints θ = q and the entries of `theta` and `thetad` are not looked at.
@@ -30,15 +43,26 @@ use crate::FlexJointError;
 /// approx::assert_relative_eq!(theta[0] - level, 2.0 * 9.81 * 0.4 / 150.0, max_relative = 1e-12);
 /// # Ok::<(), sinew_flex_joint::FlexJointError>(())
 /// ```
-/// Source: Spong, *ASME J. Dynamic Systems, Measurement, and Control* 109(4), 1987.
+/// Sources: Spong, *ASME J. Dynamic Systems, Measurement, and Control* 109(4), 1987; De Luca, Tomei, *Elastic joints*,
+/// in: Canudas de Wit et al. (eds.), *Theory of Robot Control*, Springer 1996; De Luca, Book, *Robots with flexible
+/// elements*, Springer Handbook of Robotics, 2nd ed., 2016.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ElasticJoints {
     pub(crate) model: Model,
-    pub(crate) rotor: Vec<f64>,
+    // The same with bodies that lack the spin inertia of the rotors they carry.
+    pub(crate) links: Model,
+    pub(crate) mechanism: Mechanism,
+    pub(crate) rotor_inertia: Vec<f64>,
     pub(crate) elastic: Vec<bool>,
     // Where the position of a degree of freedom stands in q; of no meaning for those of a floating base.
     pub(crate) position: Vec<usize>,
     pub(crate) springs: Vec<Spring>,
+    pub(crate) groups: Vec<Group>,
+    // Of the complete model: the rotors on moving segments, those segments and all that carry them.
+    pub(crate) rotors: Vec<Rotor>,
+    pub(crate) carriers: Vec<usize>,
+    // True if a rigid joint has a rotor.
+    pub(crate) armature: bool,
 }
 
 /// One entry of K, of D and of K⁻¹; all others are zero.
@@ -52,34 +76,76 @@ pub(crate) struct Spring {
 }
 
 impl ElasticJoints {
-    /// The springs, dampers and rotors of a robot; a coupling's matrices stand instead of its joints' own numbers.
+    /// The reduced model of a robot: its springs, dampers and rotors. A coupling's matrices stand instead of its joints'
+    /// own numbers.
     ///
     /// # Errors
     /// If an elastic joint has no rotor inertia, or a K or D is not symmetric and positive.
     pub fn new(robot: &Robot) -> Result<Self, FlexJointError> {
-        let model = robot.model.clone();
+        Self::build(robot, None)
+    }
+
+    /// The complete model of a robot: [`ElasticJoints::new`] with rotors that turn with the links that carry them.
+    ///
+    /// Gear ratio, axis and carrying link are those of [`Robot::joints`]: `rotor_axis` in the frame of `carried_by`,
+    /// by default the joint's own axis and the link before it. The sign of the axis is the sign of the gear. `spin` says
+    /// what the inertias of the links already hold of the rotors. A rotor that the base carries is not coupled.
+    ///
+    /// # Errors
+    /// As [`ElasticJoints::new`]; if a rotor on a moving link has no gear ratio or no known axis; or if a link is lighter
+    /// than the rotors said to be in it.
+    pub fn complete(robot: &Robot, spin: SpinInertia) -> Result<Self, FlexJointError> {
+        Self::build(robot, Some(spin))
+    }
+
+    fn build(robot: &Robot, spin: Option<SpinInertia>) -> Result<Self, FlexJointError> {
+        let (model, mechanism) = (robot.model.clone(), Mechanism::new(&robot.model));
         let mut elastic = vec![false; model.nv];
-        let mut springs = Vec::new();
+        let (mut springs, mut groups) = (Vec::new(), Vec::new());
+        let mut take = |coupling: &Coupling| -> Result<(), FlexJointError> {
+            let (K, D) = checked(&model, coupling)?;
+            springs.extend(entries(coupling, &K, &D));
+            groups.push(Group::new(&coupling.dofs, &K, &D, &mechanism));
+            Ok(())
+        };
         for coupling in &robot.couplings {
-            springs.extend(entries(&model, coupling)?);
+            take(coupling)?;
             coupling.dofs.iter().for_each(|&dof| elastic[dof] = true);
         }
-        for (dof, joint) in robot.joints.iter().enumerate().filter(|&(dof, _)| !elastic[dof]) {
-            let Some(stiffness) = joint.stiffness else { continue };
-            let own = Coupling { dofs: vec![dof], stiffness: vec![stiffness], damping: vec![joint.damping] };
-            springs.extend(entries(&model, &own)?);
+        for (dof, joint) in robot.joints.iter().enumerate() {
+            let Some(stiffness) = joint.stiffness.filter(|_| !elastic[dof]) else { continue };
+            take(&Coupling { dofs: vec![dof], stiffness: vec![stiffness], damping: vec![joint.damping] })?;
+            elastic[dof] = true;
         }
-        springs.iter().for_each(|s| elastic[s.row] = true);
-        let rotor: Vec<f64> = robot.joints.iter().map(|joint| joint.rotor_inertia).collect();
+        let rotor_inertia: Vec<f64> = robot.joints.iter().map(|joint| joint.rotor_inertia).collect();
         for dof in (0..model.nv).filter(|&dof| elastic[dof]) {
-            let positive = rotor[dof] > 0.0 && rotor[dof].is_finite();
+            let positive = rotor_inertia[dof] > 0.0 && rotor_inertia[dof].is_finite();
             if !positive {
                 let joint = model.dof_name(dof).to_owned();
-                return Err(FlexJointError::NoRotor { joint, got: rotor[dof] });
+                return Err(FlexJointError::NoRotor { joint, got: rotor_inertia[dof] });
             }
         }
+        let (rotors, links) = match spin {
+            Some(spin) => mount(robot, &elastic, &mechanism, spin)?,
+            None => (Vec::new(), model.clone()),
+        };
+        order(&mut groups, &rotors, &mechanism);
         let position = (0..model.nv).map(|dof| model.joints[model.joint_of_dof(dof).0].first_q).collect();
-        Ok(Self { model, rotor, elastic, position, springs })
+        let armature = (0..model.nv).any(|dof| !elastic[dof] && rotor_inertia[dof] != 0.0);
+        let carriers = carriers(mechanism.segments(), &rotors);
+        Ok(Self {
+            model,
+            links,
+            mechanism,
+            rotor_inertia,
+            elastic,
+            position,
+            springs,
+            groups,
+            rotors,
+            carriers,
+            armature,
+        })
     }
 
     /// The mechanism.
@@ -92,7 +158,7 @@ impl ElasticJoints {
     }
     /// B of each degree of freedom, kg·m².
     pub fn rotor_inertia(&self) -> &[f64] {
-        &self.rotor
+        &self.rotor_inertia
     }
     /// K, nv × nv, N·m/rad; rows and columns of rigid joints are zero.
     pub fn stiffness(&self) -> DMatrix<f64> {
@@ -112,8 +178,8 @@ impl ElasticJoints {
     }
 }
 
-/// The entries of one coupling, checked.
-fn entries(model: &Model, coupling: &Coupling) -> Result<Vec<Spring>, FlexJointError> {
+/// K and D of one coupling, symmetric and positive.
+fn checked(model: &Model, coupling: &Coupling) -> Result<(DMatrix<f64>, DMatrix<f64>), FlexJointError> {
     let n = coupling.dofs.len();
     let joints = || coupling.dofs.iter().map(|&dof| model.dof_name(dof).to_owned()).collect();
     let matrix = |what, numbers: &[f64]| match numbers.len() == n * n {
@@ -123,16 +189,24 @@ fn entries(model: &Model, coupling: &Coupling) -> Result<Vec<Spring>, FlexJointE
     let (K, D) = (matrix("stiffness", &coupling.stiffness)?, matrix("damping", &coupling.damping)?);
     let refuse = |what, got: &DMatrix<f64>| {
         let got = format!("{:?}", got.transpose().as_slice());
-        FlexJointError::NotPositive { joints: joints(), what, got }
+        Err(FlexJointError::NotPositive { joints: joints(), what, got })
     };
     let sound = |M: &DMatrix<f64>| M.iter().all(|x| x.is_finite()) && *M == M.transpose();
-    let C =
-        sound(&K).then(|| K.clone().cholesky()).flatten().ok_or_else(|| refuse("stiffness", &K))?.inverse();
+    if !sound(&K) || K.clone().cholesky().is_none() {
+        return refuse("stiffness", &K);
+    }
     // Rounding of eigenvalues that are zero.
     let smallest = -1e-12 * D.amax();
     if !sound(&D) || D.clone().symmetric_eigenvalues().iter().any(|&d| d < smallest) {
-        return Err(refuse("damping", &D));
+        return refuse("damping", &D);
     }
+    Ok((K, D))
+}
+
+/// The entries of one coupling.
+fn entries(coupling: &Coupling, K: &DMatrix<f64>, D: &DMatrix<f64>) -> Vec<Spring> {
+    let n = coupling.dofs.len();
+    let C = K.clone().cholesky().expect("K is positive").inverse();
     let entry = |(r, c)| Spring {
         row: coupling.dofs[r],
         column: coupling.dofs[c],
@@ -140,7 +214,7 @@ fn entries(model: &Model, coupling: &Coupling) -> Result<Vec<Spring>, FlexJointE
         damping: D[(r, c)],
         compliance: C[(r, c)],
     };
-    Ok((0..n).flat_map(|r| (0..n).map(move |c| (r, c))).map(entry).collect())
+    (0..n).flat_map(|r| (0..n).map(move |c| (r, c))).map(entry).collect()
 }
 
 #[cfg(test)]

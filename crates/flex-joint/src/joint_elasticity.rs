@@ -58,6 +58,7 @@ pub const JOINT_ELASTICITY: Entry = Entry {
     card: &CARD,
     place: PlaceKind::Joint,
     words: &[],
+    hinge: None,
     build: |ask| match ask.site {
         Site::Dof(dof) => Ok(Box::new(JointElasticity { dof })),
         _ => Err("acts at a joint".to_owned()),

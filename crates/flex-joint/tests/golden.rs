@@ -2,7 +2,7 @@
 #![allow(non_snake_case)]
 
 use serde_json::Value;
-use sinew_flex_joint::{ElasticJoints, Workspace};
+use sinew_flex_joint::{ElasticJoints, Scratch};
 use sinew_model::{Dual, Inertia, JointShape, JointSpec, ModelBuilder, Pose, Robot, Scalar, Vector3};
 
 const FIGURES: &str = include_str!("../../../tests/golden/planar_2r_elastic.json");
@@ -89,7 +89,7 @@ fn equilibria_and_linearisations_agree_with_the_figures_of_pinocchio() {
         let x: Vec<_> = x.iter().enumerate().map(|(k, &x)| Dual::<8>::variable(x, k)).collect();
         let tau: Vec<_> = tau_m.iter().map(|&tau| Dual::constant(tau)).collect();
         let (mut qdd, mut thetadd) = ([Dual::ZERO; 2], [Dual::ZERO; 2]);
-        let ws = &mut Workspace::new(&arm);
+        let ws = &mut Scratch::new(&arm);
         arm.forward_dynamics_with(ws, &x[..2], &x[4..6], &x[2..4], &x[6..], &tau, &mut qdd, &mut thetadd);
         for (row, got) in qdd.iter().chain(&thetadd).enumerate() {
             assert_close("A", &got.derivative, &numbers(&point["A"][4 + row]), DIFFERENCES);

@@ -1,7 +1,7 @@
 //! Laws of elastic joints: energy, passivity, the rigid limit, and the closed form of one joint.
 #![allow(non_snake_case)]
 
-use sinew_flex_joint::{ElasticJoints, Workspace};
+use sinew_flex_joint::{Deflection, ElasticJoints, PassivityAudit, Sample, Scratch};
 use sinew_model::{Coupling, Dual, Robot, Scalar, samples};
 
 /// Rounding of sums along four joints.
@@ -44,7 +44,7 @@ fn energy_rate(arm: &ElasticJoints, [q, qd, theta, thetad, tau_m]: &[[f64; 4]; 5
     };
     let (q, theta) = (moving(q, qd), moving(theta, thetad));
     let (qd, thetad) = (moving(qd, qdd.as_slice()), moving(thetad, thetadd.as_slice()));
-    arm.energy_with(&mut Workspace::new(arm), &q, &qd, &theta, &thetad).derivative[0]
+    arm.energy_with(&mut Scratch::new(arm), &q, &qd, &theta, &thetad).derivative[0]
 }
 
 #[test]
@@ -110,7 +110,7 @@ fn linearised(arm: &ElasticJoints) -> [[f64; 4]; 2] {
     let x: [Dual<4>; 4] = core::array::from_fn(|k| Dual::variable(0.0, k));
     let (mut qdd, mut thetadd) = ([Dual::ZERO], [Dual::ZERO]);
     let [q, theta, qd, thetad] = x.each_ref().map(core::slice::from_ref);
-    let ws = &mut Workspace::new(arm);
+    let ws = &mut Scratch::new(arm);
     arm.forward_dynamics_with(ws, q, qd, theta, thetad, &[Dual::ZERO], &mut qdd, &mut thetadd);
     [qdd[0].derivative, thetadd[0].derivative]
 }
@@ -169,4 +169,112 @@ fn the_lessons_joint_moves_as_computed() {
         }
         assert!((x[0] - q).abs() < 1e-8 && (x[1] - theta).abs() < 1e-8, "{x:?}, want {q} {theta}");
     }
+}
+
+#[test]
+fn links_rest_where_springs_carry_gravity() {
+    for seed in 0..20 {
+        let (arm, [q, ..]) = (mixed_arm(1.0), state(seed));
+        let (theta, tau_m) = arm.equilibrium(&q);
+        // from 0.2 rad away in the elastic joints
+        let start: Vec<f64> = (0..4).map(|k| q[k] + if arm.elastic()[k] { 0.2 } else { 0.0 }).collect();
+        let rest = arm.rest_position(theta.as_slice(), &start).expect("stiff springs");
+        assert!(rest.is_stable() && rest.steps < 10, "{rest:?}");
+        for k in 0..4 {
+            assert!((rest.q[k] - q[k]).abs() < ALGEBRA && (rest.tau_m[k] - tau_m[k]).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn a_soft_spring_lets_an_upright_link_fall_to_where_it_rests() {
+    // m g ℓ = 7.848 N·m against 5 N·m/rad: upright is a balance that does not hold
+    let arm = hanging_link(5.0, 0.0);
+    let upright = core::f64::consts::PI;
+    let balance = arm.rest_position(&[upright], &[upright]).expect("it is a balance");
+    assert!(!balance.is_stable() && (balance.smallest_stiffness - (5.0 - 2.0 * 9.81 * 0.4)).abs() < ALGEBRA);
+    let rest = arm.rest_position(&[upright], &[upright + 0.01]).expect("it comes to rest");
+    assert!(rest.is_stable() && rest.q[0] > upright + 0.5);
+    let left = 5.0 * (upright - rest.q[0]) - 2.0 * 9.81 * 0.4 * rest.q[0].sin();
+    assert!(left.abs() < ALGEBRA, "{left}");
+}
+
+#[test]
+fn stiff_joints_move_as_the_rigid_robot_does_to_first_order_in_1_over_k() {
+    // Where motors lead by what carries the torque of the rigid robot, (θ − q) = K⁻¹ (M q̈ + C q̇ + g), accelerations of
+    // links are the rigid robot's; rotors then ask for B (q̈ + K⁻¹ τ̈_j), which is B q̈ but for 1/K.
+    let [q, qd, _, _, tau_m] = state(5);
+    let arm = |times: f64| {
+        let mut robot = Robot::rigid(samples::planar_arm(4, 1.5, 0.4));
+        for (k, joint) in robot.joints.iter_mut().enumerate() {
+            joint.rotor_inertia = 0.05 + 0.01 * k as f64;
+            joint.stiffness = (times > 0.0).then_some(100.0 * times);
+        }
+        ElasticJoints::new(&robot).expect("the springs are sound")
+    };
+    let (rigid, _) = arm(0.0).forward_dynamics(&q, &qd, &q, &qd, &tau_m);
+    let error = |times: f64| {
+        let (arm, zero) = (arm(times), [0.0; 4]);
+        let motion: [&[f64]; 5] = [&q, &qd, rigid.as_slice(), &zero, &zero];
+        let motor = arm.inverse_dynamics(motion, Deflection::Settled).expect("the reduced model");
+        (0..4).map(|k| (motor.tau_m[k] - tau_m[k]).abs()).fold(0.0, f64::max)
+    };
+    for times in [1.0, 10.0, 100.0] {
+        let ratio = error(times) / error(10.0 * times);
+        assert!((ratio - 10.0).abs() < 1e-3, "{ratio}");
+    }
+}
+
+#[test]
+fn one_rigid_joint_is_a_stiff_spring_to_first_order_in_1_over_k() {
+    // slow modes of the linear model: joint 1 of the mixed arm made stiff against rigid
+    let arm = |stiffness: Option<f64>| {
+        let mut robot = Robot::rigid(samples::planar_arm(2, 1.5, 0.4));
+        robot.joints.iter_mut().for_each(|joint| (joint.rotor_inertia, joint.stiffness) = (0.05, Some(80.0)));
+        robot.joints[1].stiffness = stiffness;
+        ElasticJoints::new(&robot).expect("the springs are sound")
+    };
+    // motors of what is elastic, both at rest below
+    let slowest = |arm: &ElasticJoints| {
+        let down = [-core::f64::consts::FRAC_PI_2, 0.0];
+        let (theta, tau_m) = arm.equilibrium(&down);
+        let motors: Vec<f64> = (0..2).filter(|&k| arm.elastic()[k]).map(|k| theta[k]).collect();
+        let n = arm.displacement_len() / 2;
+        let (A, _) = arm.linearize(&[&down[..], &motors, &vec![0.0; n]].concat(), tau_m.as_slice());
+        let K = -A.view((n, 0), (n, n)).into_owned();
+        K.complex_eigenvalues().iter().map(|square| square.re).fold(f64::INFINITY, f64::min)
+    };
+    let rigid = slowest(&arm(None));
+    let error = |K: f64| (slowest(&arm(Some(K))) - rigid).abs();
+    for K in [1e3, 1e4] {
+        let ratio = error(K) / error(10.0 * K);
+        assert!((ratio - 10.0).abs() < 0.3, "at {K}: {ratio}");
+    }
+}
+
+#[test]
+fn the_books_of_an_undamped_run_show_its_integrator() {
+    // a held torque: work is exact, so what is left is the error of the midpoint steps, of order two or better
+    let defect = |steps: usize| {
+        let (arm, h) = (hanging_link(150.0, 0.0), 0.2 / steps as f64);
+        let mut ws = sinew_flex_joint::Workspace::new(&arm);
+        let tau_m = [1.0];
+        let mut x = [[0.0], [0.0], [0.0], [0.0]];
+        fn sample<'a>([q, theta, qd, thetad]: &'a [[f64; 1]; 4], tau_m: &'a [f64]) -> Sample<'a> {
+            Sample { q, qd, theta, thetad, tau_m }
+        }
+        let mut audit = PassivityAudit::new(&arm, &sample(&x, &tau_m));
+        for _ in 0..steps {
+            let rate = |x: &[[f64; 1]; 4]| arm.state_rate(&x.concat(), &tau_m);
+            let moved = |by: &dyn Fn(usize) -> f64| core::array::from_fn(|k| [x[k][0] + by(k)]);
+            let a = rate(&x);
+            let b = rate(&moved(&|k| h / 2.0 * a[k]));
+            let next = moved(&|k| h * b[k]);
+            audit.advance(&arm, &mut ws, h, &sample(&x, &tau_m), &sample(&next, &tau_m));
+            x = next;
+        }
+        audit.worst_defect
+    };
+    let ratio = defect(400) / defect(800);
+    assert!((3.5..9.0).contains(&ratio), "{ratio}");
 }

@@ -1,7 +1,7 @@
 //! An effect that is part of a plant: the law, where it came from and its values.
 
-use sinew_effect::{Ask, Catalogue, Effect, PlaceKind, Role, Site, Written};
-use sinew_model::{EffectSpec, LinkId, Model, Place, Setting};
+use sinew_effect::{Ask, Catalogue, Effect, Entry, PlaceKind, Role, Site, Written};
+use sinew_model::{EffectSpec, Hinge, LinkId, Model, Place, Setting};
 
 use crate::PlantError;
 
@@ -19,7 +19,7 @@ pub struct Active {
 }
 
 impl Active {
-    /// Makes the effect that `spec` describes.
+    /// Makes the effect that `spec` describes; `hinge`: the degree of freedom of its own hinge, if it has one.
     ///
     /// # Errors
     /// If the catalogue has no such effect, it cannot act there, or a value is no number in its range.
@@ -28,16 +28,12 @@ impl Active {
         tool: LinkId,
         spec: &EffectSpec,
         catalogue: &Catalogue,
+        hinge: Option<usize>,
     ) -> Result<Self, PlantError> {
-        let Some(entry) = catalogue.find(&spec.kind) else {
-            let known = catalogue.entries.iter().map(|e| e.card.name).collect();
-            return Err(PlantError::NoSuchEffect { kind: spec.kind.clone(), known });
-        };
+        let entry = entry(spec, catalogue)?;
         let site = site(model, spec, entry.place)?;
-        let effect = (entry.build)(&Ask { model, tool, site, spec }).map_err(|reason| {
-            let help = format!("`sinew effects {}` says where it acts and what it needs", spec.kind);
-            wrong_place(spec, reason, help)
-        })?;
+        let ask = Ask { model, tool, site, spec, hinge };
+        let effect = (entry.build)(&ask).map_err(|reason| refused(spec, reason))?;
         let mut values = Vec::new();
         let mut stds = Vec::new();
         for parameter in entry.card.parameters {
@@ -92,6 +88,35 @@ impl Active {
         }
         spec
     }
+}
+
+/// The hinge that the effect adds to `model`, if any.
+///
+/// # Errors
+/// As of [`Active::new`].
+pub(crate) fn hinge_of(
+    model: &Model,
+    tool: LinkId,
+    spec: &EffectSpec,
+    catalogue: &Catalogue,
+) -> Result<Option<Hinge>, PlantError> {
+    let entry = entry(spec, catalogue)?;
+    let Some(hinge) = entry.hinge else { return Ok(None) };
+    let site = site(model, spec, entry.place)?;
+    let ask = Ask { model, tool, site, spec, hinge: None };
+    hinge(&ask).map(Some).map_err(|reason| refused(spec, reason))
+}
+
+fn entry(spec: &EffectSpec, catalogue: &Catalogue) -> Result<&'static Entry, PlantError> {
+    catalogue.find(&spec.kind).ok_or_else(|| {
+        let known = catalogue.entries.iter().map(|e| e.card.name).collect();
+        PlantError::NoSuchEffect { kind: spec.kind.clone(), known }
+    })
+}
+
+pub(crate) fn refused(spec: &EffectSpec, reason: String) -> PlantError {
+    let help = format!("`sinew effects {}` says where it acts and what it needs", spec.kind);
+    wrong_place(spec, reason, help)
 }
 
 fn site(model: &Model, spec: &EffectSpec, kind: PlaceKind) -> Result<Site, PlantError> {

@@ -7,6 +7,7 @@ use sinew_model::Scalar;
 use sinew_rigid::{Bodies, Scratch};
 
 use crate::Plant;
+use crate::condensed::Condensation;
 
 /// The positions and velocities on both sides of the gears, by degree of freedom, and the effects' own states.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,6 +79,9 @@ pub struct Dynamics<'a, S> {
     pub(crate) qdd: Vec<S>,
     gears: Vec<Deflection<S>>,
     acting: Acting,
+    pub(crate) condensation: Option<Box<Condensation<S>>>,
+    // Some drive acts at a joint that is not its own.
+    crosstalk: bool,
 }
 
 #[derive(Debug)]
@@ -91,6 +95,9 @@ struct Acting {
     reading: Vec<usize>,
     loaded: bool,
 }
+
+// Terms of the inverse of 1 + κ: exact where no drives couple in a ring, to κ⁸ where two do.
+const CROSSTALK_TERMS: usize = 8;
 
 // Damping left in the gap of a backlash, as a share of D.
 const GAP_DAMPING: f64 = 0.02;
@@ -133,7 +140,9 @@ impl<'a, S: Kind> Dynamics<'a, S> {
             plant,
             p: p.to_vec(),
             stiffness: coefficients.compliance.iter().map(|&c| stiffness(c)).collect(),
+            crosstalk: coefficients.crosstalk.iter().any(|&share| share != S::ZERO),
             armature: zeros.clone(),
+            condensation: Condensation::new(plant),
             coefficients,
             scratch: Scratch::new(&plant.model),
             deflection: zeros.clone(),
@@ -165,7 +174,7 @@ impl<'a, S: Kind> Dynamics<'a, S> {
     pub fn gears(&self) -> &[Deflection<S>] {
         &self.gears
     }
-    /// Forces of the effects on the links, N·m, at the state last evaluated.
+    /// Forces of the effects and of bending links' own springs on the links, N·m, at the state last evaluated.
     pub fn link_force(&self) -> &[S] {
         &self.link_force
     }
@@ -238,6 +247,10 @@ impl<'a, S: Kind> Dynamics<'a, S> {
         let mut force = core::mem::take(&mut self.link_force);
         force.fill(S::ZERO);
         self.each(x, Group::Link, |effect, p, at| S::call(effect, p, Call::LinkForce(at, &mut force)));
+        for v in &self.plant.virtual_joints {
+            // τ_v = −K q_v − D q̇_v
+            force[v.dof] -= x.q[v.dof] * v.stiffness + x.qd[v.dof] * v.damping;
+        }
         self.link_force = force;
     }
 
@@ -269,6 +282,45 @@ impl<'a, S: Kind> Dynamics<'a, S> {
     pub fn actuation(&mut self, x: &LinkState<S>, out: &mut [Actuation<S>]) {
         out.fill(Actuation::default());
         self.each(x, Group::Actuation, |effect, p, at| S::call(effect, p, Call::Actuation(at, out)));
+    }
+
+    /// Adds to the torque of every drive what the others give beside it.
+    ///
+    /// ```text
+    /// τ_m = (1 + κ) τ_drive
+    /// ```
+    pub fn add_crosstalk(&self, tau: &mut [S]) {
+        if self.crosstalk {
+            let drives = tau.to_vec();
+            for (i, tau) in tau.iter_mut().enumerate() {
+                *tau += self.beside(i, &drives);
+            }
+        }
+    }
+
+    /// The torques of the drives that together give `tau_m`, into `drives`.
+    ///
+    /// ```text
+    /// τ_drive = (1 + κ)⁻¹ τ_m = τ_m − κ τ_m + κ² τ_m − …
+    /// ```
+    pub fn of_drives(&self, tau_m: &[S], drives: &mut [S]) {
+        drives.copy_from_slice(tau_m);
+        if !self.crosstalk {
+            return;
+        }
+        let mut before = drives.to_vec();
+        for _ in 0..CROSSTALK_TERMS {
+            for (i, (drive, tau)) in drives.iter_mut().zip(tau_m).enumerate() {
+                *drive = *tau - self.beside(i, &before);
+            }
+            before.copy_from_slice(drives);
+        }
+    }
+
+    // Σ_j κ_ij τ_j
+    fn beside(&self, i: usize, drives: &[S]) -> S {
+        let row = &self.coefficients.crosstalk[i * drives.len()..(i + 1) * drives.len()];
+        row.iter().zip(drives).fold(S::ZERO, |sum, (share, tau)| sum + *share * *tau)
     }
 
     /// The errors of one sensor in every joint.

@@ -42,6 +42,12 @@ pub enum PlantError {
         /// What to do.
         help: String,
     },
+    /// A link that cannot bend as stated.
+    #[error("{message}")]
+    Bending {
+        /// What is wrong and how to mend it.
+        message: String,
+    },
     /// A model part that the plant does not take.
     #[error("robot \"{robot}\": {what}\n  help: {help}")]
     Unsupported {

@@ -3,6 +3,7 @@
 use sinew_effect::{Act, Call, Kind, Relaxation};
 use sinew_rigid::{forward_dynamics_with, kinetic_energy_with, potential_energy_with};
 
+use crate::condensed::By;
 use crate::{Dynamics, LinkState, Plant, PlantError};
 
 /// The state of a driven plant; in rigid joints the motor's part repeats the link's.
@@ -46,55 +47,73 @@ impl<S: Kind> Dynamics<'_, S> {
     /// ```text
     /// M q̈ + C q̇ + g = τ_j + f_link,   B θ̈ = τ_m − τ_j ∂δ/∂θ + f_motor  elastic joints
     /// (M + B) q̈ + C q̇ + g = τ_m + f_motor + f_link                     rigid joints
+    ///  M q̈ + C q̇ + g = −K_v q − D_v q̇                                  virtual joints; their τ_m is not looked at
     /// ```
+    ///
+    /// Quasi-static virtual joints are eliminated: their entries in the state are not looked at, their acceleration is
+    /// zero, and [`Dynamics::settled`] says where they stand. An elastic joint's coordinate then counts with what links
+    /// behind it bend.
     pub fn forward(&mut self, x: &State<S>, tau_m: &[S], out: &mut Rates<S>) {
         let plant = self.plant;
         let nv = plant.model.nv;
-        self.springs(x, |i| plant.elastic[i]);
-        self.link_forces(x);
+        let bent = self.settle(x, By::SpringsAndDampers);
+        let stands = bent.as_ref().map_or(x, |c| &c.settled);
+        self.springs(stands, |i| plant.elastic[i]);
+        self.link_forces(stands);
         let all_elastic = plant.elastic.iter().all(|&e| e);
         let rounds = if self.loaded() && !all_elastic { LOAD_ROUNDS } else { 1 };
+        let torque = |i: usize| if plant.driven[i] { tau_m[i] } else { S::ZERO };
         for i in (0..nv).filter(|&i| !plant.elastic[i]) {
-            self.tau_j[i] = tau_m[i];
+            self.tau_j[i] = torque(i);
         }
         for _ in 0..rounds {
-            self.motor_forces(x);
+            self.motor_forces(stands);
             for i in 0..nv {
                 let elastic = plant.elastic[i];
-                let drive = if elastic { self.tau_j[i] } else { tau_m[i] + self.motor_force[i] };
+                let drive = if elastic { self.tau_j[i] } else { torque(i) + self.motor_force[i] };
                 self.armature[i] = if elastic { S::ZERO } else { self.coefficients.rotor[i] };
                 self.tau[i] = drive + self.link_force[i];
             }
-            let bodies = Self::bodies(plant, &self.coefficients, &self.armature);
-            forward_dynamics_with(&bodies, &mut self.scratch, &x.q, &x.qd, &self.tau, &mut self.qdd);
+            match &bent {
+                Some(bent) => bent.accelerate(self),
+                None => {
+                    let bodies = Self::bodies(plant, &self.coefficients, &self.armature);
+                    let (scratch, tau, qdd) = (&mut self.scratch, &self.tau, &mut self.qdd);
+                    forward_dynamics_with(&bodies, scratch, &x.q, &x.qd, tau, qdd);
+                }
+            }
             for i in (0..nv).filter(|&i| !plant.elastic[i]) {
-                self.tau_j[i] = tau_m[i] + self.motor_force[i] - self.coefficients.rotor[i] * self.qdd[i];
+                self.tau_j[i] = torque(i) + self.motor_force[i] - self.coefficients.rotor[i] * self.qdd[i];
             }
         }
         for i in 0..nv {
-            let motor = tau_m[i] - self.reaction(i) + self.motor_force[i];
+            let motor = torque(i) - self.reaction(i) + self.motor_force[i];
             out.thetadd[i] = if plant.elastic[i] { motor / self.coefficients.rotor[i] } else { self.qdd[i] };
         }
         out.qdd.copy_from_slice(&self.qdd);
         out.tau_j.copy_from_slice(&self.tau_j);
-        self.relaxations(x, &mut out.relaxation);
+        self.relaxations(stands, &mut out.relaxation);
         for (k, r) in out.relaxation.iter().enumerate() {
             out.zd[k] = r.rate * (r.target - x.z[k]);
         }
+        self.condensation = bent;
     }
 
-    /// Total energy, J: kinetic of links and rotors, gravity, springs, and what the effects store.
+    /// Total energy, J: kinetic of links and rotors, gravity, springs of joints and links, and what the effects store.
     ///
     /// ```text
-    /// H = ½ q̇ᵀM q̇ + ½ θ̇ᵀB θ̇ + V(q) + ½ δᵀK δ + Σ effects
+    /// H = ½ q̇ᵀM q̇ + ½ θ̇ᵀB θ̇ + V(q) + ½ δᵀK δ + ½ q_vᵀK_v q_v + Σ effects
     /// ```
     pub fn energy(&mut self, x: &State<S>) -> S {
         let plant = self.plant;
-        self.springs(x, |i| plant.elastic[i]);
+        let bent = self.settle(x, By::Springs);
+        let stands = bent.as_ref().map_or(x, |c| &c.settled);
+        let moves = bent.as_ref().map_or(x, |c| c.straight());
+        self.springs(stands, |i| plant.elastic[i]);
         self.armature.fill(S::ZERO);
         let bodies = Self::bodies(plant, &self.coefficients, &self.armature);
-        let mut sum = kinetic_energy_with(&bodies, &mut self.scratch, &x.q, &x.qd)
-            + potential_energy_with(&bodies, &mut self.scratch, &x.q);
+        let mut sum = kinetic_energy_with(&bodies, &mut self.scratch, &moves.q, &moves.qd)
+            + potential_energy_with(&bodies, &mut self.scratch, &stands.q);
         for i in 0..plant.model.nv {
             sum += self.coefficients.rotor[i] * x.thetad[i] * x.thetad[i] * 0.5;
             if !plant.coupled[i] {
@@ -109,10 +128,14 @@ impl<S: Kind> Dynamics<'_, S> {
                 }
             }
         }
+        for v in &plant.virtual_joints {
+            sum += stands.q[v.dof] * stands.q[v.dof] * (0.5 * v.stiffness);
+        }
         for k in 0..plant.effects.len() {
-            let at = self.at(x, k);
+            let at = self.at(stands, k);
             S::call(plant.effect(k), &self.p[plant.range(k)], Call::Energy(&at, &mut sum));
         }
+        self.condensation = bent;
         sum
     }
 }

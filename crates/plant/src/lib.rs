@@ -5,11 +5,13 @@
 //! motion imposed (accelerations in, motor torque out).
 
 mod active;
+mod condensed;
 mod dynamics;
 mod error;
 mod forward;
 mod imposed;
 mod plant;
+mod sag;
 
 pub use active::Active;
 pub use dynamics::{Dynamics, LinkState};
@@ -17,3 +19,4 @@ pub use error::PlantError;
 pub use forward::{Rates, State};
 pub use imposed::{GivenLinks, ImposedAt, ImposedOut, MotorMotion, Moving};
 pub use plant::{ParameterId, Plant};
+pub use sinew_model::VirtualJoint;

@@ -2,9 +2,12 @@
 
 use core::ops::Range;
 
-use sinew_effect::{Act, Catalogue, Effect};
-use sinew_model::{Coupling, EffectSpec, LinkId, Model, Robot};
+use sinew_effect::{Act, Catalogue, Effect, Site};
+use sinew_model::{
+    Bending, Carried, Coupling, EffectSpec, Extended, Following, LinkId, Model, Place, Robot, VirtualJoint,
+};
 
+use crate::active::{hinge_of, refused};
 use crate::{Active, PlantError};
 
 /// A parameter of a plant: which effect, and which of its parameters.
@@ -20,6 +23,10 @@ pub struct ParameterId {
 #[derive(Debug)]
 pub struct Plant {
     pub(crate) model: Model,
+    pub(crate) joints: Vec<usize>,
+    pub(crate) virtual_joints: Vec<VirtualJoint>,
+    pub(crate) driven: Vec<bool>,
+    pub(crate) moving: Vec<usize>,
     pub(crate) effects: Vec<Active>,
     pub(crate) couplings: Vec<Coupling>,
     pub(crate) elastic: Vec<bool>,
@@ -47,27 +54,85 @@ impl Plant {
         specs: &[EffectSpec],
         catalogue: &Catalogue,
     ) -> Result<Self, PlantError> {
-        let model = robot.model.clone();
         refuse_unsupported(robot)?;
-        let make = |spec| Active::new(&model, robot.tool, spec, catalogue);
-        let effects = specs.iter().map(make).collect::<Result<Vec<_>, _>>()?;
+        let extended = (catalogue.extend)(robot).map_err(|message| PlantError::Bending { message })?;
+        let (extended, hinges) = hinged(extended, robot, specs, catalogue)?;
+        let Extended { model, joints, virtual_joints, .. } = extended;
+        let mut driven = vec![true; model.nv];
+        virtual_joints.iter().for_each(|v| driven[v.dof] = false);
+        let follows = |dof: &usize| {
+            virtual_joints.iter().any(|v| v.dof == *dof && v.following == Following::QuasiStatic)
+        };
+        let moving = (0..model.nv).filter(|dof| !follows(dof)).collect();
+        let make = |(spec, hinge): (&EffectSpec, &Option<usize>)| {
+            let active = Active::new(&model, robot.tool, spec, catalogue, *hinge)?;
+            refuse_on_bending(robot, &model, &virtual_joints, &active)?;
+            Ok(active)
+        };
+        let effects = specs.iter().zip(&hinges).map(make).collect::<Result<Vec<_>, _>>()?;
         let mut elastic = vec![false; model.nv];
         let mut coupled = vec![false; model.nv];
         for dof in effects.iter().filter_map(|e| e.effect.elastic_dof()) {
             elastic[dof] = true;
         }
-        for &dof in robot.couplings.iter().flat_map(|c| &c.dofs) {
-            (elastic[dof], coupled[dof]) = (true, true);
+        let mut couplings = robot.couplings.clone();
+        for dof in couplings.iter_mut().flat_map(|c| &mut c.dofs) {
+            *dof = joints[*dof];
+            (elastic[*dof], coupled[*dof]) = (true, true);
         }
         let ranges = stack(effects.iter().map(|e| e.values.len()));
         let states = stack(effects.iter().map(|e| e.effect.states()));
-        let couplings = robot.couplings.clone();
-        Ok(Self { model, effects, couplings, elastic, coupled, ranges, states, tool: robot.tool })
+        let tool = robot.tool;
+        Ok(Self {
+            model,
+            joints,
+            virtual_joints,
+            driven,
+            moving,
+            effects,
+            couplings,
+            elastic,
+            coupled,
+            ranges,
+            states,
+            tool,
+        })
     }
 
-    /// The mechanism.
+    /// The mechanism, with the virtual joints of bending links among its joints.
     pub fn model(&self) -> &Model {
         &self.model
+    }
+    /// The degrees of freedom of the robot's own joints, in the robot's order: those that have motors and sensors.
+    /// All of them unless links bend.
+    pub fn joints(&self) -> &[usize] {
+        &self.joints
+    }
+    /// The joints that stand for bending links: no motor, no sensor, a spring to zero and a damper.
+    pub fn virtual_joints(&self) -> &[VirtualJoint] {
+        &self.virtual_joints
+    }
+    /// For each degree of freedom, whether it is a robot's own joint and not a virtual one.
+    pub fn driven(&self) -> &[bool] {
+        &self.driven
+    }
+    /// The degrees of freedom that a state has: all but quasi-static virtual joints, whose position follows from the rest.
+    pub fn moving(&self) -> &[usize] {
+        &self.moving
+    }
+    /// The name of a virtual joint's coordinate: `v.LINK.K`.
+    pub fn coordinate(&self, joint: &VirtualJoint) -> String {
+        VirtualJoint::name(&self.model.links[joint.link.0].name, joint.number)
+    }
+    /// The position with the robot's own joints at `q`, in the robot's order, and the virtual ones at zero.
+    ///
+    /// # Panics
+    /// If `q` has not one number for each of the robot's joints.
+    pub fn straight(&self, q: &[f64]) -> Vec<f64> {
+        assert_eq!(q.len(), self.joints.len(), "q: one number for each joint");
+        let mut all = vec![0.0; self.model.nv];
+        self.joints.iter().zip(q).for_each(|(&dof, &q)| all[dof] = q);
+        all
     }
     /// The end-effector.
     pub fn tool(&self) -> LinkId {
@@ -139,15 +204,62 @@ fn refuse_unsupported(robot: &Robot) -> Result<(), PlantError> {
             "fix the base in the URDF; kinematics and rigid dynamics take floating bases",
         ));
     }
-    if let Some(bending) = robot.bending.first() {
-        let link = &robot.model.links[bending.link.0].name;
-        let what = format!("link \"{link}\" is said to bend, which this version does not compute");
-        return Err(unsupported(
-            what,
-            "remove [links.….bending], or lump the bending into the joint's stiffness",
-        ));
-    }
     Ok(())
+}
+
+// The model with the hinges of effects, and the degree of freedom of each: what carries the robot first, as it moves all
+// others up.
+fn hinged(
+    mut extended: Extended,
+    robot: &Robot,
+    specs: &[EffectSpec],
+    catalogue: &Catalogue,
+) -> Result<(Extended, Vec<Option<usize>>), PlantError> {
+    let mut hinges = vec![None; specs.len()];
+    for robot_first in [true, false] {
+        for (k, spec) in specs.iter().enumerate() {
+            let Some(hinge) = hinge_of(&extended.model, robot.tool, spec, catalogue)? else { continue };
+            if (hinge.carries == Carried::Robot) != robot_first {
+                continue;
+            }
+            let (next, dof) = extended.hinged(&hinge).map_err(|reason| refused(spec, reason))?;
+            if robot_first {
+                hinges.iter_mut().flatten().for_each(|dof| *dof += 1);
+            }
+            (extended, hinges[k]) = (next, Some(dof));
+        }
+    }
+    Ok((extended, hinges))
+}
+
+// No effect reaches a virtual joint, and inertia of a link that bends is stated along it.
+fn refuse_on_bending(
+    robot: &Robot,
+    model: &Model,
+    virtual_joints: &[VirtualJoint],
+    active: &Active,
+) -> Result<(), PlantError> {
+    // a base spring carries the whole link, wherever its mass is
+    let spread = |name: &str| {
+        let along = |b: &&Bending| b.stiffness.is_none() && robot.model.links[b.link.0].name == name;
+        robot.bending.iter().any(|b| along(&b))
+    };
+    let (reason, help) = match (&active.spec.place, active.effect.site()) {
+        (_, Site::Dof(dof)) if virtual_joints.iter().any(|v| v.dof == dof) => (
+            format!(
+                "\"{}\" stands for the bending of a link and has neither motor nor friction",
+                model.dof_name(dof)
+            ),
+            "name a joint of the robot",
+        ),
+        (Place::Link(link), _) if spread(link) && active.effect.acts().contains(&Act::Coefficients) => (
+            format!("the link \"{link}\" bends, and this would not say where along it"),
+            "state the mass in [links.….bending] and in the link's inertia",
+        ),
+        _ => return Ok(()),
+    };
+    let (kind, place) = (active.spec.kind.clone(), active.spec.place.to_string());
+    Err(PlantError::WrongPlace { kind, place, reason, help: help.to_owned() })
 }
 
 fn stack(lengths: impl Iterator<Item = usize>) -> Vec<Range<usize>> {

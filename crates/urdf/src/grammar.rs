@@ -73,6 +73,27 @@ pub(crate) struct BendingTable {
     pub stiffness: Option<Spanned<Number>>,
     pub mass_per_length: Option<Spanned<Number>>,
     pub damping_ratio: Option<Spanned<Number>>,
+    #[serde(rename = "GJ")]
+    pub torsional_rigidity: Option<Spanned<Number>>,
+    pub polar_inertia_per_length: Option<Spanned<Number>>,
+    pub along: Option<Spanned<String>>,
+    pub sections: Option<Spanned<Vec<Spanned<SectionTable>>>>,
+    pub stations: Option<Spanned<Vec<Number>>>,
+    pub stiffnesses: Option<Spanned<Vec<Number>>>,
+    pub quasi_static: Option<Spanned<bool>>,
+}
+
+/// One of `sections` in `[links.L.bending]`
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SectionTable {
+    pub length: Spanned<Number>,
+    #[serde(rename = "EI")]
+    pub flexural_rigidity: Spanned<Number>,
+    #[serde(rename = "GJ")]
+    pub torsional_rigidity: Option<Spanned<Number>>,
+    pub mass_per_length: Option<Spanned<Number>>,
+    pub polar_inertia_per_length: Option<Spanned<Number>>,
 }
 
 /// Reads the text of the sidecar `file`.

@@ -55,7 +55,7 @@ fn unknown_keys_are_answered_with_the_allowed_and_the_nearest() {
     assert!(message("[[couplings]]\njoint = []\n").starts_with(
         "arm.sinew.toml:3:1: unknown key \"joint\" in [[couplings]] (allowed: joints, stiffness, damping)"
     ));
-    assert!(message("[links.forearm.bending]\nei = 1\n").contains("unknown key \"ei\" in [links.forearm.bending] (allowed: springs, axes, length, EI, stiffness, mass_per_length, damping_ratio)"));
+    assert!(message("[links.forearm.bending]\nei = 1\n").contains("unknown key \"ei\" in [links.forearm.bending] (allowed: springs, axes, length, EI, stiffness, mass_per_length, damping_ratio, GJ, polar_inertia_per_length, along, sections, stations, stiffnesses, quasi_static)"));
     assert!(
         message("[links.forearm]\nbend = 1\n")
             .contains("unknown key \"bend\" in [links.forearm] (allowed: bending)")
