@@ -85,7 +85,7 @@ pub struct Deflection<S> {
 /// What lies between the logged motor torque and the torque that acts.
 ///
 /// ```text
-/// acting torque = gain · lag(delay(logged torque))
+/// acting torque = gain · lag(delay(clamp(logged torque, ±1/limit)))
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Actuation<S> {
@@ -95,11 +95,38 @@ pub struct Actuation<S> {
     pub lag: S,
     /// Dead time, s.
     pub delay: S,
+    /// One by the largest torque that the drive gives, 1/(N·m); zero for a drive that gives any.
+    pub limit: S,
+}
+
+impl<S: Scalar> Actuation<S> {
+    /// By how much a logged torque is beyond what the drive gives.
+    ///
+    /// ```text
+    /// u − clamp(u, ±1/limit)
+    /// ```
+    ///
+    /// # Example
+    /// ```
+    /// use sinew_effect::Actuation;
+    /// let drive = Actuation { limit: 1.0 / 25.0, ..Actuation::default() };
+    /// assert_eq!([20.0, 50.0, -100.0].map(|u| drive.excess(u)), [0.0, 25.0, -75.0]);
+    /// ```
+    #[inline(always)]
+    pub fn excess(&self, logged: f64) -> S {
+        if logged == 0.0 {
+            return S::ZERO;
+        }
+        // u (1 − 1/(|u| limit)) where |u| limit > 1
+        let beyond = self.limit * logged.abs();
+        let safe = S::select(S::ONE.lt(beyond), beyond, S::ONE);
+        (S::ONE - safe.recip()) * logged
+    }
 }
 
 impl<S: Scalar> Default for Actuation<S> {
     fn default() -> Self {
-        Self { gain: S::ONE, lag: S::ZERO, delay: S::ZERO }
+        Self { gain: S::ONE, lag: S::ZERO, delay: S::ZERO, limit: S::ZERO }
     }
 }
 

@@ -173,6 +173,21 @@ impl Parameter {
             Role::Shape { grid } => grid[grid.len() / 2],
         }
     }
+    /// The unit of what files hold: that of the reciprocal where they hold one.
+    ///
+    /// ```
+    /// use sinew_effect::{Parameter, Prior};
+    /// let compliance = Parameter::positive("stiffness", "1/K", "rad/(N·m)", Prior::Free).reciprocal();
+    /// assert_eq!(compliance.written_unit(), "N·m/rad");
+    /// let limit = Parameter::positive("limit", "1/τ", "1/(N·m)", Prior::Free).reciprocal();
+    /// assert_eq!(limit.written_unit(), "N·m");
+    /// ```
+    pub fn written_unit(&self) -> String {
+        let Written::Reciprocal = self.written else { return self.unit.to_owned() };
+        let (above, below) = self.unit.split_once('/').unwrap_or((self.unit, "1"));
+        let below = below.trim_start_matches('(').trim_end_matches(')');
+        if above == "1" { below.to_owned() } else { format!("{below}/{above}") }
+    }
     /// Key with its component, as in `first_moment.x` or `inertia.yy`.
     pub fn label(&self) -> String {
         let names = match self.key {
@@ -245,6 +260,21 @@ pub enum Screening {
     Resonance {
         /// Antiresonances to try, Hz.
         hertz: &'static [f64],
+    },
+    /// By switching it on: one by the first strength is each of these shares of the joint's largest logged torque.
+    Peaks {
+        /// Shares to try.
+        shares: &'static [f64],
+    },
+    /// By switching on something that swings at each of these frequencies: a part of the joint's body, of which its
+    /// first strength is the share, or a base of compliance c under the robot, whose inertia I is this share of the
+    /// base's, c = share/(I ω²). The frequency is the second parameter; that of a base without the robot is
+    /// √(1 + share) times as high.
+    Swing {
+        /// Frequencies to try, Hz.
+        hertz: &'static [f64],
+        /// Shares to try.
+        shares: &'static [f64],
     },
     /// By its derivative at zero strength, its last parameter at these quantiles of the joint's position.
     Quantiles {

@@ -1,6 +1,6 @@
 //! A catalogue: what effects there are, and how each is made for a place.
 
-use sinew_model::{EffectSpec, LinkId, Model};
+use sinew_model::{EffectSpec, Extended, Hinge, LinkId, Model, Robot};
 
 use crate::{Card, Effect, Site};
 
@@ -15,7 +15,12 @@ pub struct Ask<'a> {
     pub site: Site,
     /// What the sidecar says besides numbers (`from`, `signal`, `side` …).
     pub spec: &'a EffectSpec,
+    /// The degree of freedom of its own hinge, if it has one.
+    pub hinge: Option<usize>,
 }
+
+/// Says where an effect's hinge stands; the error is a sentence that says what is missing.
+pub type MakeHinge = fn(&Ask) -> Result<Hinge, String>;
 
 /// One line of a catalogue.
 #[derive(Debug, Clone, Copy)]
@@ -26,6 +31,8 @@ pub struct Entry {
     pub place: PlaceKind,
     /// Words it reads besides its parameters.
     pub words: &'static [&'static str],
+    /// The virtual joint that it adds to the robot, if any; `hinge` of what it asks is of no meaning yet.
+    pub hinge: Option<MakeHinge>,
     /// Makes the effect; the error is a sentence that says what is missing.
     pub build: fn(&Ask) -> Result<Box<dyn Effect>, String>,
 }
@@ -46,6 +53,8 @@ pub enum PlaceKind {
 pub struct Catalogue {
     /// Its lines.
     pub entries: &'static [Entry],
+    /// Splits the links of a robot that bend; the error is a message that says what is wrong and how to mend it.
+    pub extend: fn(&Robot) -> Result<Extended, String>,
 }
 
 impl Catalogue {

@@ -20,6 +20,9 @@ pub struct Coefficients<S> {
     pub coulomb: Vec<S>,
     /// v₀ of the smooth sign function sgn v ≈ tanh(v/v₀), rad/s.
     pub smoothing_velocity: Vec<S>,
+    /// κ, nv × nv by rows: the share of the torque of drive j (column) that acts at joint i (row) besides that of its
+    /// own drive.
+    pub crosstalk: Vec<S>,
 }
 
 /// v₀ where nothing states it, rad/s.
@@ -37,6 +40,7 @@ impl<S: Scalar> Coefficients<S> {
             damping: zeros.clone(),
             coulomb: zeros,
             smoothing_velocity: vec![S::constant(SMOOTHING_VELOCITY); model.nv],
+            crosstalk: vec![S::ZERO; model.nv * model.nv],
         }
     }
 }

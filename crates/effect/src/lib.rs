@@ -13,6 +13,6 @@ mod law;
 
 pub use at::{Actuation, At, Deflection, Reading, Relaxation, Sensor};
 pub use card::{Card, Energy, Family, Parameter, Prior, Requirement, Rival, Role, Screening, Written};
-pub use catalogue::{Ask, Catalogue, Entry, PlaceKind};
+pub use catalogue::{Ask, Catalogue, Entry, MakeHinge, PlaceKind};
 pub use coefficients::Coefficients;
 pub use law::{Act, Call, DIRECTIONS, Derivative, Effect, Kind, LANES, Law, Site, Wide};

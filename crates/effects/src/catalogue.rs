@@ -11,6 +11,7 @@ use sinew_flex_joint::JOINT_ELASTICITY;
 /// assert_eq!(entry.card.parameters[0].key, "coulomb");
 /// ```
 pub static CATALOGUE: Catalogue = Catalogue {
+    extend: |robot| sinew_flex_link::extend(robot).map_err(|error| error.to_string()),
     entries: &[
         crate::payload::ENTRY,
         crate::link_mass::ENTRY,
@@ -19,6 +20,7 @@ pub static CATALOGUE: Catalogue = Catalogue {
         crate::rotor_inertia::ENTRY,
         crate::balancer_spring::ENTRY,
         crate::base_tilt::ENTRY,
+        crate::base_compliance::ENTRY,
         crate::viscous_friction::ENTRY,
         crate::coulomb_friction::ENTRY,
         crate::stribeck_friction::ENTRY,
@@ -35,9 +37,12 @@ pub static CATALOGUE: Catalogue = Catalogue {
         crate::backlash::ENTRY,
         crate::transmission_hysteresis::ENTRY,
         crate::transmission_error::ENTRY,
+        crate::link_bending_mode::ENTRY,
         crate::torque_constant_error::ENTRY,
         crate::actuator_lag::ENTRY,
         crate::actuator_delay::ENTRY,
+        crate::torque_saturation::ENTRY,
+        crate::joint_cross_coupling::ENTRY,
         crate::cogging_torque::ENTRY,
         crate::torque_ripple::ENTRY,
         crate::torque_sensor_offset::ENTRY,

@@ -7,17 +7,17 @@ type Build = fn(&Ask) -> Result<Box<dyn Effect>, String>;
 
 /// A line for an effect that acts at a joint.
 pub(crate) const fn at_joint(card: &'static Card, build: Build) -> Entry {
-    Entry { card, place: PlaceKind::Joint, words: &[], build }
+    Entry { card, place: PlaceKind::Joint, words: &[], hinge: None, build }
 }
 
 /// A line for an effect that acts at a link.
 pub(crate) const fn at_link(card: &'static Card, build: Build) -> Entry {
-    Entry { card, place: PlaceKind::Link, words: &[], build }
+    Entry { card, place: PlaceKind::Link, words: &[], hinge: None, build }
 }
 
 /// A line for an effect of the whole robot.
 pub(crate) const fn at_robot(card: &'static Card, build: Build) -> Entry {
-    Entry { card, place: PlaceKind::Robot, words: &[], build }
+    Entry { card, place: PlaceKind::Robot, words: &[], hinge: None, build }
 }
 
 /// Another cause that looks alike under common motion.
@@ -53,6 +53,11 @@ pub(crate) fn body_of(ask: &Ask, link: LinkId) -> Result<(JointId, Pose<f64>), S
         Some(body) => Ok((body, link.body_from_link)),
         None => Err(format!("link \"{}\" does not move (it is fixed to the world)", link.name)),
     }
+}
+
+/// The degree of freedom of the effect's own hinge.
+pub(crate) fn hinge(ask: &Ask) -> Result<usize, String> {
+    ask.hinge.ok_or_else(|| "needs a plant that gives it a joint of its own".to_owned())
 }
 
 /// The sensor that the word `signal` names, or `default` where it says nothing.

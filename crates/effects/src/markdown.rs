@@ -40,7 +40,7 @@ fn section(out: &mut String, card: &Card) {
             *out += &format!(
                 "| `{}` | {symbol} | {} | {role} | {range} | {prior} |\n",
                 p.label(),
-                wording::unit(p)
+                p.written_unit()
             );
         }
     }

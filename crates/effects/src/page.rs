@@ -36,7 +36,7 @@ pub fn page(card: &Card) -> String {
         let header = ["key", "symbol", "unit", "role", "range", "known to"].map(str::to_owned);
         let row = |p: &sinew_effect::Parameter| {
             let (symbol, role) = (wording::symbol(p).to_owned(), wording::role(p).to_owned());
-            [p.label(), symbol, wording::unit(p), role, wording::range(p), wording::prior(p)]
+            [p.label(), symbol, p.written_unit(), role, wording::range(p), wording::prior(p)]
         };
         table(&mut out, core::iter::once(header).chain(card.parameters.iter().map(row)).collect());
     }

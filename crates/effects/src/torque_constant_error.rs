@@ -33,6 +33,7 @@ static CARD: Card = Card {
     screening: Screening::Linear,
     requires: &[Requirement::MotorTorque],
     rivals: &[
+        rival("torque_saturation", "the same motion at half its amplitude: a limit is not reached then"),
         twin("payload", "repeat the motion with and without a known payload"),
         twin("link_first_moment", "repeat the motion with and without a known payload"),
         twin("link_inertia", "repeat the motion with and without a known payload"),

@@ -85,12 +85,3 @@ pub(crate) fn symbol(parameter: &Parameter) -> &'static str {
         Written::Reciprocal => parameter.symbol.trim_start_matches("1/"),
     }
 }
-
-/// The unit in files.
-pub(crate) fn unit(parameter: &Parameter) -> String {
-    match parameter.written {
-        Written::Plain => parameter.unit.to_owned(),
-        // 1/(rad/(N·m)) = N·m/rad
-        Written::Reciprocal => "N·m/rad".to_owned(),
-    }
-}

@@ -44,7 +44,8 @@ fn every_entry_makes_the_effect_of_its_card_or_says_why_not() {
             PlaceKind::Robot => (Site::Robot, Place::Robot),
         };
         let spec = EffectSpec::new(entry.card.name, place);
-        match (entry.build)(&Ask { model: &model, tool, site, spec: &spec }) {
+        let hinge = entry.hinge.map(|_| 1);
+        match (entry.build)(&Ask { model: &model, tool, site, spec: &spec, hinge }) {
             Ok(effect) => assert_eq!(effect.card().name, entry.card.name),
             Err(reason) => {
                 assert!(matches!(entry.card.screening, Screening::Release { .. }));
@@ -59,7 +60,8 @@ fn links_that_do_not_move_take_no_mass() {
     let model = samples::planar_arm(2, 1.5, 0.4);
     let entry = CATALOGUE.find("link_mass").expect("link_mass is in the catalogue");
     let spec = EffectSpec::new("link_mass", Place::Link("base".to_owned()));
-    let ask = Ask { model: &model, tool: model.last_link(), site: Site::Link(LinkId(0)), spec: &spec };
+    let ask =
+        Ask { model: &model, tool: model.last_link(), site: Site::Link(LinkId(0)), spec: &spec, hinge: None };
     let reason = (entry.build)(&ask).expect_err("the base does not move");
     assert_eq!(reason, "link \"base\" does not move (it is fixed to the world)");
 }

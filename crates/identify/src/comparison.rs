@@ -128,6 +128,21 @@ pub(crate) fn as_given(search: &Search, floors: &[f64]) -> Result<(Comparison, V
     Ok((comparison, residual))
 }
 
+// How a bending link stands is measured by no sensor, and nothing here estimates it.
+fn refuse_bending(robot: &Robot) -> Result<(), IdentifyError> {
+    let Some(bending) = robot.bending.first() else { return Ok(()) };
+    let link = &robot.model.links[bending.link.0].name;
+    Err(IdentifyError::Question {
+        what: format!(
+            "robot \"{}\": link \"{link}\" bends, and no run says how far: comparing, diagnosing and fitting need robots whose links are rigid",
+            robot.model.name
+        ),
+        help: format!(
+            "remove [links.{link}.bending], or lump it into the joint before it: 1/stiffness = 1/K + L/(3 EI) of [joints.…]"
+        ),
+    })
+}
+
 /// Runs made ready, with what they measure.
 pub(crate) struct Prepared {
     pub records: Vec<Record>,
@@ -137,6 +152,7 @@ pub(crate) struct Prepared {
 
 impl Prepared {
     pub fn new(robot: &Robot, runs: &[Run], options: &Options) -> Result<Self, IdentifyError> {
+        refuse_bending(robot)?;
         let sensors = Sensors::of(robot, runs)?;
         let scales = Scales::of(runs, options);
         Self::with(robot, runs, sensors, scales)
@@ -248,4 +264,21 @@ pub(crate) fn traces(search: &Search, model: &Candidate) -> Vec<Trace> {
             }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use sinew_model::{Bending, LinkId, samples};
+
+    use super::*;
+
+    #[test]
+    fn a_robot_with_bending_links_is_refused_with_the_way_out() {
+        let mut robot = Robot::rigid(samples::planar_arm(1, 1.0, 0.5));
+        assert!(refuse_bending(&robot).is_ok());
+        robot.bending.push(Bending::base_spring(LinkId(1), &['y'], 100.0));
+        let Err(error) = Prepared::new(&robot, &[], &Options::default()) else { panic!("not refused") };
+        let text = error.to_string();
+        assert!(text.contains("link \"link_1\" bends") && text.contains("help: remove"), "{text}");
+    }
 }

@@ -281,7 +281,7 @@ pub(crate) fn parameters(search: &Search, state: &State, wide: f64) -> Vec<Repor
                 (low, high) = (1.0 / high, if low > 0.0 { 1.0 / low } else { f64::INFINITY });
                 value = 1.0 / value;
                 start = if start > 0.0 { 1.0 / start } else { f64::INFINITY };
-                unit = reciprocal(&unit);
+                unit = parameter.written_unit();
             }
             if slides(model.plant.model(), &active.spec.place) {
                 unit = of_slide(&unit);
@@ -314,13 +314,6 @@ fn slides(model: &Model, place: &Place) -> bool {
 // Cards write the units of turning joints: N·m·s/rad of a sliding one is N·s/m.
 fn of_slide(unit: &str) -> String {
     unit.replace("kg·m²", "kg").replace("N·m", "N").replace("rad", "m")
-}
-
-fn reciprocal(unit: &str) -> String {
-    match unit {
-        "rad/(N·m)" => "N·m/rad".to_owned(),
-        other => format!("1/({other})"),
-    }
 }
 
 // How sure a parameter is.

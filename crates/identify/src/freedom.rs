@@ -13,6 +13,8 @@ pub(crate) struct Freedom {
     pub imposed: Vec<bool>,
     /// It moves as the record says.
     pub given: Vec<bool>,
+    /// The robot's own degree of freedom that it is; none of a virtual joint, which swings freely and in no record.
+    pub joints: Vec<Option<usize>>,
 }
 
 /// Where the links of a reference are.
@@ -45,15 +47,21 @@ impl Freedom {
             Reduction::Mean | Reduction::Innovations(_) => FASTEST_TURN_ABOUT_MODEL,
         };
         let links = record.links.as_ref().filter(|_| springs == Springs::Given);
-        let is_given = |i: usize| plant.elastic()[i] && links.is_some_and(|l| l.motion[i].is_some());
+        let mut joints = vec![None; plant.model().nv];
+        plant.joints().iter().enumerate().for_each(|(joint, &dof)| joints[dof] = Some(joint));
+        let moves = |joint: usize| links.is_some_and(|l| l.motion[joint].is_some());
+        let is_given = |i: usize| plant.elastic()[i] && joints[i].is_some_and(moves);
         let given: Vec<bool> = (0..plant.model().nv).map(is_given).collect();
+        let own: Vec<bool> = joints.iter().map(Option::is_some).collect();
         if plant.elastic().iter().zip(&given).all(|(elastic, given)| elastic == given) {
-            return Self { imposed: vec![true; given.len()], given };
+            return Self { imposed: own, given, joints };
         }
         let is_free = |turn: Option<f64>| turn.is_some_and(|turn| turn < most);
         let turns = turns(plant, p, record);
-        let imposed = turns.into_iter().zip(&given).map(|(turn, given)| *given || !is_free(turn)).collect();
-        Self { imposed, given }
+        let told = |(turn, given): (Option<f64>, &bool)| *given || !is_free(turn);
+        let imposed =
+            turns.into_iter().zip(&given).map(told).zip(own).map(|(told, own)| told && own).collect();
+        Self { imposed, given, joints }
     }
 
     /// The motion that motors and links are told.
@@ -75,6 +83,7 @@ fn turns(plant: &Plant, p: &[f64], record: &Record) -> Vec<Option<f64>> {
     let dynamics = Dynamics::new(plant, p);
     let middle = record.len() / 2;
     let q: Vec<f64> = record.theta.iter().map(|t| t[middle]).collect();
+    let q = plant.straight(&q);
     let bodies_inertia = inertias::<f64>(plant.model());
     let armature = vec![0.0; nv];
     let bodies = Bodies {

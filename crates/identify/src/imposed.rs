@@ -45,7 +45,7 @@ fn walked<'a, S: Kind>(
     freedom: &'a Freedom,
 ) -> (Series<'a, S>, Dynamics<'a, S>) {
     let mut walk = Walk::new(Dynamics::new(plant, p), record, freedom);
-    let mut series = Series::new(channels, plant.model().nv, record.len());
+    let mut series = Series::new(channels, plant.model().nv, record);
     for k in 0..record.len() {
         walk.torque(k);
         series.store(&walk.dynamics, &walk.x, freedom, &walk.out, &walk.actuation);

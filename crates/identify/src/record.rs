@@ -236,10 +236,10 @@ impl Record {
         self.measured.push(values);
     }
 
-    /// The motion of a link that moves as given.
+    /// The motion of a link that moves as given, by degree of freedom of the plant.
     pub fn given(&self, freedom: &Freedom, dof: usize) -> Option<&[[f64; 3]]> {
         let links = self.links.as_ref().filter(|_| freedom.given[dof])?;
-        links.motion[dof].as_deref()
+        links.motion[freedom.joints[dof]?].as_deref()
     }
 
     /// Steps of the grid.

@@ -4,7 +4,7 @@ use faer::Mat;
 use rayon::prelude::*;
 
 use sinew_effect::{Act, Screening};
-use sinew_model::EffectSpec;
+use sinew_model::{EffectSpec, Setting};
 
 use crate::freedom::Springs;
 use crate::least_squares::{Normal, cross, dot, matrix};
@@ -47,17 +47,24 @@ pub(crate) fn all_columns(
     trials.iter().map(set_of).map(|set| set.filter(finite)).collect()
 }
 
-// Exact trials that follow each other with the same effect at the same place.
+// Exact trials that follow each other and differ in numbers only: the same effect at the same place in the same words.
 fn families(trials: &[Trial]) -> Vec<Vec<&EffectSpec>> {
     let mut families: Vec<Vec<&EffectSpec>> = Vec::new();
     for trial in trials {
         let How::New { spec, exact: true, .. } = &trial.how else { continue };
-        match families.last_mut().filter(|f| f[0].kind == spec.kind && f[0].place == spec.place) {
+        match families.last_mut().filter(|f| is_alike(f[0], spec)) {
             Some(family) => family.push(spec),
             None => families.push(vec![spec]),
         }
     }
     families
+}
+
+fn is_alike(a: &EffectSpec, b: &EffectSpec) -> bool {
+    let words = |spec: &EffectSpec| -> Vec<(String, Setting)> {
+        spec.settings.iter().filter(|(_, s)| matches!(s, Setting::Word(_))).cloned().collect()
+    };
+    a.kind == b.kind && a.place == b.place && words(a) == words(b)
 }
 
 // What an effect changes when it is switched on, for each of its start values: links that it does not bend may stay
@@ -140,6 +147,8 @@ pub(crate) struct Screen<'a> {
     pub base: &'a Equations,
 }
 
+// Mean square of a whitened residual from which a linear screen is not believed about swings.
+const FAR: f64 = 9.0;
 // A candidate that the free parameters imitate to this share cannot be told from them.
 const ABSORBED: f64 = 1.0 - 1e-9;
 
@@ -151,8 +160,20 @@ impl Screen<'_> {
             How::New { exact: true, .. } if matches!(trial.card.screening, Screening::Resonance { .. }) => {
                 self.switched(white)
             }
+            // A swing in the wrong time looks like its opposite: where much is left, its refit may still find the time.
+            How::New { exact: true, .. }
+                if matches!(trial.card.screening, Screening::Swing { .. }) && self.is_far() =>
+            {
+                self.switched(white)
+            }
             How::New { .. } => self.added(trial, white),
         }
+    }
+
+    // The whitened residual is several times the noise.
+    fn is_far(&self) -> bool {
+        let residual = &self.base.residual;
+        dot(residual, residual) > FAR * residual.len() as f64
     }
 
     // r⊥ = r − J d₀, the residual at the base's minimum

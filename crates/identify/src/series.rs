@@ -5,7 +5,7 @@ use sinew_model::Scalar;
 use sinew_plant::{Dynamics, ImposedOut, LinkState};
 
 use crate::freedom::Freedom;
-use crate::record::Channel;
+use crate::record::{Channel, Record};
 
 /// What a plant predicts along a run, grid step by grid step.
 pub(crate) struct Predicted<S> {
@@ -22,18 +22,26 @@ pub(crate) struct Series<'c, S> {
     // Torque that given links ask for besides, by degree of freedom.
     links: Vec<Vec<S>>,
     actuation: Vec<Actuation<S>>,
+    drives: Vec<S>,
+    record: &'c Record,
 }
 
 impl<'c, S: Kind> Series<'c, S> {
-    /// Room for `len` grid steps of a plant of `nv` degrees of freedom.
-    pub fn new(channels: &'c [Channel], nv: usize, len: usize) -> Self {
-        let raw = channels.iter().map(|_| Vec::with_capacity(len)).collect();
-        Self { channels, raw, links: vec![Vec::new(); nv], actuation: vec![Actuation::default(); nv] }
+    /// Room for the grid steps of a record of a plant of `nv` degrees of freedom.
+    pub fn new(channels: &'c [Channel], nv: usize, record: &'c Record) -> Self {
+        Self {
+            channels,
+            raw: channels.iter().map(|_| Vec::with_capacity(record.len())).collect(),
+            links: vec![Vec::new(); record.theta.len()],
+            actuation: vec![Actuation::default(); nv],
+            drives: vec![S::ZERO; nv],
+            record,
+        }
     }
 
     /// The next grid step: state, torques and drives of a plant that was just evaluated.
     ///
-    /// û = τ_m / gain;   q̂ = q where the spring is simulated, θ + e − τ_j/K ∓ gap where it follows its load
+    /// û = ((1 + κ)⁻¹ τ_m) / gain + (û − clamp û);   q̂ = q where the spring is simulated, θ + e − τ_j/K ∓ gap where it follows its load
     pub fn store(
         &mut self,
         dynamics: &Dynamics<S>,
@@ -42,10 +50,13 @@ impl<'c, S: Kind> Series<'c, S> {
         out: &ImposedOut<S>,
         actuation: &[Actuation<S>],
     ) {
-        for (raw, channel) in self.raw.iter_mut().zip(self.channels) {
-            let i = channel.dof;
+        dynamics.of_drives(&out.tau_m, &mut self.drives);
+        for ((raw, channel), logged) in self.raw.iter_mut().zip(self.channels).zip(&self.record.measured) {
+            let i = dynamics.plant().joints()[channel.dof];
             raw.push(match channel.sensor {
-                Sensor::MotorTorque => out.tau_m[i] / actuation[i].gain,
+                Sensor::MotorTorque => {
+                    self.drives[i] / actuation[i].gain + actuation[i].excess(logged[raw.len()])
+                }
                 Sensor::JointTorque => out.tau_j[i],
                 Sensor::JointPosition if freedom.imposed[i] && !freedom.given[i] => {
                     let (load, gear) = (out.tau_j[i], dynamics.gears()[i]);
@@ -55,16 +66,21 @@ impl<'c, S: Kind> Series<'c, S> {
                 Sensor::JointPosition => x.q[i],
             });
         }
-        for (i, links) in self.links.iter_mut().enumerate().filter(|(i, _)| freedom.given[*i]) {
-            links.push(out.tau_l[i]);
+        for (links, &i) in self.links.iter_mut().zip(dynamics.plant().joints()) {
+            if freedom.given[i] {
+                links.push(out.tau_l[i]);
+            }
         }
         self.actuation.copy_from_slice(actuation);
     }
 
     /// The channels as their sensors log them, on the grid. `dynamics` is that of the same parameters.
     pub fn logged(self, dynamics: &Dynamics<S>, step: f64) -> Predicted<S> {
-        let Self { channels, raw, links, actuation } = self;
-        let of = |(raw, c): (Vec<S>, &Channel)| logged(raw, c, &actuation[c.dof], dynamics, step);
+        let Self { channels, raw, links, actuation, .. } = self;
+        let of = |(raw, c): (Vec<S>, &Channel)| {
+            let dof = dynamics.plant().joints()[c.dof];
+            logged(raw, (c.sensor, dof), &actuation[dof], dynamics, step)
+        };
         Predicted { channels: raw.into_iter().zip(channels).map(of).collect(), links }
     }
 }
@@ -74,25 +90,36 @@ impl<'c> Series<'c, Wide> {
     pub fn lane(&self, k: usize) -> Series<'c, f64> {
         let lanes = |all: &Vec<Vec<Wide>>| all.iter().map(|r| r.iter().map(|x| x.0[k]).collect()).collect();
         let (raw, links) = (lanes(&self.raw), lanes(&self.links));
-        let drive =
-            |a: &Actuation<Wide>| Actuation { gain: a.gain.0[k], lag: a.lag.0[k], delay: a.delay.0[k] };
-        Series { channels: self.channels, raw, links, actuation: self.actuation.iter().map(drive).collect() }
+        let drive = |a: &Actuation<Wide>| Actuation {
+            gain: a.gain.0[k],
+            lag: a.lag.0[k],
+            delay: a.delay.0[k],
+            limit: a.limit.0[k],
+        };
+        Series {
+            channels: self.channels,
+            raw,
+            links,
+            actuation: self.actuation.iter().map(drive).collect(),
+            drives: self.drives.iter().map(|x| x.0[k]).collect(),
+            record: self.record,
+        }
     }
 }
 
 fn logged<S: Kind>(
     raw: Vec<S>,
-    channel: &Channel,
+    (sensor, dof): (Sensor, usize),
     drive: &Actuation<S>,
     dynamics: &Dynamics<S>,
     step: f64,
 ) -> Vec<S> {
     // logged torque = u(t + d) + T u̇: the inverse of lag and delay, on the noise-free prediction
-    let (mut series, mut delay) = match channel.sensor {
+    let (mut series, mut delay) = match sensor {
         Sensor::MotorTorque => (led(raw, drive.lag, step), -drive.delay),
         _ => (raw, S::ZERO),
     };
-    let reading = dynamics.reading(channel.sensor)[channel.dof];
+    let reading = dynamics.reading(sensor)[dof];
     delay += reading.delay;
     if delay != S::ZERO {
         series = shifted(&series, delay, step);

@@ -130,7 +130,7 @@ impl<'a> Tangent<'a> {
                 pass,
                 y: vec![[0.0; DIRECTIONS]; along.len()],
                 actuation: vec![Actuation::default(); nv],
-                series: Series::new(channels, nv, record.len()),
+                series: Series::new(channels, nv, record),
             })
             .collect();
         Self { walk, at: ImposedAt::new(plant), still, live, states, parameters }

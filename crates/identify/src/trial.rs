@@ -155,7 +155,8 @@ impl Offer<'_> {
 
     fn holds(&self, requirement: &Requirement, place: &Place, dof: Option<usize>) -> bool {
         let has = |sensor| dof.is_some_and(|dof| self.sensors.channels.contains(&Channel { sensor, dof }));
-        let elastic = dof.is_some_and(|d| self.model.plant.elastic()[d]);
+        let plant = &self.model.plant;
+        let elastic = dof.is_some_and(|d| plant.elastic()[plant.joints()[d]]);
         let encoder = has(Sensor::JointPosition);
         let model = &self.problem.robot.model;
         match requirement {
@@ -191,6 +192,10 @@ impl Offer<'_> {
             Screening::Linear => {
                 let grids = self.shape_grid(card, dof);
                 match grids {
+                    None if entry.words.contains(&"from") => self
+                        .sources(dof)
+                        .map(|from| (plain.clone().said("from", from), strengths.clone(), false))
+                        .collect(),
                     Some((k, grid)) => {
                         grid.iter().map(|&v| (set(&plain, k, v), strengths.clone(), false)).collect()
                     }
@@ -205,13 +210,31 @@ impl Offer<'_> {
                 let sides = if entry.words.contains(&"side") { vec!["above", "below"] } else { vec![""] };
                 let mut out = Vec::new();
                 for (side, v) in sides.iter().flat_map(|s| values.iter().map(move |v| (*s, *v))) {
-                    let mut spec = set(&plain, last, v);
-                    if !side.is_empty() {
-                        spec.settings.push(("side".to_owned(), sinew_model::Setting::Word(side.to_owned())));
-                    }
+                    let spec = set(&plain, last, v);
+                    let spec = if side.is_empty() { spec } else { spec.said("side", side) };
                     out.push((spec, strengths.clone(), false));
                 }
                 out
+            }
+            Screening::Peaks { shares } => {
+                let peak = dof.map_or(0.0, |d| self.peak(d));
+                let of =
+                    |share: &f64| (set(&plain, strengths[0], 1.0 / (share * peak)), vec![strengths[0]], true);
+                if peak > 0.0 { shares.iter().map(of).collect() } else { Vec::new() }
+            }
+            Screening::Swing { hertz, shares } => {
+                let axes: &[&str] = if entry.words.contains(&"axis") { &["x", "y", "z"] } else { &[""] };
+                let starts = self.swings(card, dof, hertz, shares);
+                let named = |axis: &str| {
+                    if axis.is_empty() { plain.clone() } else { plain.clone().said("axis", axis) }
+                };
+                let of = |axis: &&str| {
+                    let spec = named(axis);
+                    let each =
+                        |[strength, f]: &[f64; 2]| (set(&set(&spec, 0, *strength), 1, *f), vec![0], true);
+                    starts.iter().map(each).collect::<Vec<_>>()
+                };
+                axes.iter().flat_map(of).collect()
             }
             Screening::Harmonic => self
                 .harmonics
@@ -256,6 +279,36 @@ impl Offer<'_> {
             }
             _ => None,
         })
+    }
+
+    // First strength and frequency of what swings. None on a slow log, which holds no swing.
+    fn swings(&self, card: &Card, dof: Option<usize>, hertz: &[f64], shares: &[f64]) -> Vec<[f64; 2]> {
+        if !self.shows_springs(None) {
+            return Vec::new();
+        }
+        let compliance = card.parameters[0].unit == "rad/(N·m)";
+        let joints = 0..self.problem.robot.model.nv;
+        let largest = || joints.clone().map(|d| self.apparent_inertia(d)).fold(0.0, f64::max);
+        let inertia = dof.map_or_else(largest, |d| self.apparent_inertia(d));
+        let start = |share: f64, f: f64| {
+            let alone = f * (1.0 + share).sqrt();
+            let c = share / (inertia * (std::f64::consts::TAU * alone).powi(2));
+            if compliance { [c, alone] } else { [share, f] }
+        };
+        hertz.iter().flat_map(|&f| shares.iter().map(move |&share| start(share, f))).collect()
+    }
+
+    // The other joints whose drives log a torque.
+    fn sources(&self, dof: Option<usize>) -> impl Iterator<Item = &str> {
+        let drives = self.sensors.channels.iter().filter(|c| c.sensor == Sensor::MotorTorque).map(|c| c.dof);
+        drives.filter(move |d| Some(*d) != dof).map(|d| self.problem.robot.model.dof_name(d))
+    }
+
+    // The largest logged torque of a joint.
+    fn peak(&self, dof: usize) -> f64 {
+        let torque = Channel { sensor: Sensor::MotorTorque, dof };
+        let Some(c) = self.sensors.channels.iter().position(|c| *c == torque) else { return 0.0 };
+        self.records.iter().flat_map(|r| &r.measured[c]).fold(0.0, |m, u| m.max(u.abs()))
     }
 
     fn shows_springs(&self, dof: Option<usize>) -> bool {

@@ -98,9 +98,10 @@ impl<'a, S: Kind> Walk<'a, S> {
     /// The motors, and the links that are told how to move, at grid step `k`.
     pub fn set_motor(&mut self, k: usize) {
         let r = self.record;
-        for i in 0..self.freedom.imposed.len() {
-            self.set(i, [r.theta[i][k], r.thetad[i][k], r.thetadd[i][k]], |series| series[k]);
-            let Some(sweep) = r.sweep.get(i).map(|s| s[k]) else { continue };
+        for (i, joint) in self.freedom.joints.iter().enumerate() {
+            let Some(j) = *joint else { continue };
+            self.set(i, [r.theta[j][k], r.thetad[j][k], r.thetadd[j][k]], |series| series[k]);
+            let Some(sweep) = r.sweep.get(j).map(|s| s[k]) else { continue };
             self.x.thetad_sweep[i] = sweep;
             // A link turns about with its motor, or as it accelerates.
             self.x.qd_sweep[i] = match r.given(self.freedom, i) {
@@ -188,7 +189,7 @@ impl<'a, S: Kind> Walk<'a, S> {
     }
 
     fn lead(&mut self, k: usize, share: f64) {
-        lead(self.record, &self.free, &self.encoder, &self.x, (k, share), &mut self.out.qdd);
+        lead(self.record, self.freedom, &self.encoder, &self.x, (k, share), &mut self.out.qdd);
     }
 
     /// The motors a share of a step after grid step `k`: the sample there, or the cubic through positions and
@@ -198,11 +199,12 @@ impl<'a, S: Kind> Walk<'a, S> {
             return self.set_motor(k + 1);
         }
         let r = self.record;
-        for i in 0..self.freedom.imposed.len() {
+        for (i, joint) in self.freedom.joints.iter().enumerate() {
+            let Some(j) = *joint else { continue };
             let motor = match &r.middle {
-                Some(middle) => middle.each_ref().map(|series| series[i][k]),
+                Some(middle) => middle.each_ref().map(|series| series[j][k]),
                 None => {
-                    let at = |k: usize| [r.theta[i][k], r.thetad[i][k], r.thetadd[i][k]];
+                    let at = |k: usize| [r.theta[j][k], r.thetad[j][k], r.thetadd[j][k]];
                     halfway(at(k), at(k + 1), h)
                 }
             };
@@ -223,7 +225,7 @@ fn halfway([p0, v0, a0]: [f64; 3], [p1, v1, a1]: [f64; 3], h: f64) -> [f64; 3] {
 /// q̈ ← q̈ + s (ω²(q_m − q) + 2ω(q̇_m − q̇)),   s = (1 − t/T)²
 pub(crate) fn lead<S: Kind>(
     record: &Record,
-    free: &[usize],
+    freedom: &Freedom,
     encoder: &[Reading<S>],
     x: &LinkState<S>,
     (k, share): (usize, f64),
@@ -234,8 +236,8 @@ pub(crate) fn lead<S: Kind>(
         return;
     }
     let fade = (1.0 - time / START).powi(2);
-    for &i in free {
-        let Some([q, qd]) = seen(record, i, k, share) else {
+    for i in (0..qdd.len()).filter(|&i| !freedom.imposed[i]) {
+        let Some([q, qd]) = freedom.joints[i].and_then(|joint| seen(record, joint, k, share)) else {
             qdd[i] += (x.thetad[i] - x.qd[i]) * (2.0 * LEAD * fade);
             continue;
         };

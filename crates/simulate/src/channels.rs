@@ -51,7 +51,7 @@ impl Channel {
     /// Reads every value due by `t`, the instant of `equations`; `command` is the torque that the log takes.
     pub fn read(&mut self, t: f64, times: &[f64], equations: &Equations, command: &[f64]) {
         while self.due(times) <= t {
-            let (state, dof, k) = (&equations.state, self.dof, self.values.len());
+            let (state, dof, k) = (equations.stands(), self.dof, self.values.len());
             let truth = match self.quantity {
                 Quantity::MotorPosition => state.theta[dof],
                 Quantity::MotorVelocity => state.thetad[dof],

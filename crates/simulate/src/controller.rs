@@ -37,11 +37,12 @@ impl<'a> Controller<'a> {
     /// ```
     ///
     /// # Panics
-    /// If `p` has not the length of the model's parameters, or the trajectory not one motion for each degree of
-    /// freedom.
+    /// If `p` has not the length of the model's parameters, the trajectory not one motion for each degree of freedom, or
+    /// the model's links bend: a controller knows nothing of bending.
     pub fn new(model: &'a Plant, p: &[f64], reference: Trajectory, bandwidth: f64) -> Self {
         const DAMPING: f64 = 0.7;
         let nv = model.model().nv;
+        assert!(model.virtual_joints().is_empty(), "model: without links that bend");
         assert_eq!(reference.joints.len(), nv, "reference: one motion for each degree of freedom");
         let mut controller = Self {
             reference,

@@ -1,20 +1,20 @@
 //! What decides the motor torques.
 
 use sinew_data::{Quantity, Run};
-use sinew_model::Model;
+use sinew_plant::Plant;
 
 /// What a drive knows at a sample.
 #[derive(Debug, Clone, Copy)]
 pub struct Measured<'a> {
     /// Time, s.
     pub time: f64,
-    /// Motor positions as the encoders show them, noise and steps included.
+    /// Motor positions as the encoders show them, noise and steps included, in the order of [`Plant::joints`].
     pub motor_position: &'a [f64],
 }
 
 /// Decides the motor torques, which are held until the next sample.
 pub trait Drive {
-    /// Writes the torque command, N·m by degree of freedom.
+    /// Writes the torque command, N·m, in the order of [`Plant::joints`].
     fn command(&mut self, measured: Measured, tau: &mut [f64]);
 }
 
@@ -23,7 +23,7 @@ pub trait Drive {
 pub struct Torques {
     /// Times, s, increasing.
     pub time: Vec<f64>,
-    /// For each degree of freedom one torque a time; empty for none.
+    /// For each joint one torque a time; empty for none.
     pub tau: Vec<Vec<f64>>,
 }
 
@@ -34,12 +34,12 @@ impl Torques {
     }
 
     /// The motor torques of a run; joints without any get none.
-    pub fn of_run(run: &Run, model: &Model) -> Self {
-        let of = |dof| {
-            let signal = run.signal(Quantity::MotorTorque, model.dof_name(dof));
+    pub fn of_run(run: &Run, plant: &Plant) -> Self {
+        let of = |&dof: &usize| {
+            let signal = run.signal(Quantity::MotorTorque, plant.model().dof_name(dof));
             signal.map_or_else(Vec::new, |s| s.values.clone())
         };
-        Self { time: run.time.clone(), tau: (0..model.nv).map(of).collect() }
+        Self { time: run.time.clone(), tau: plant.joints().iter().map(of).collect() }
     }
 }
 

@@ -5,7 +5,8 @@ use sinew_plant::{Dynamics, Plant, Rates, State};
 
 use crate::System;
 
-/// x = [q, θ of elastic joints, q̇, θ̇ of elastic joints, z, u of drives with a lag, work of the motors].
+/// x = [q, θ of elastic joints, q̇, θ̇ of elastic joints, z, u of drives with a lag, work of the motors], q of all that
+/// has a state of its own.
 pub(crate) struct Equations<'a> {
     pub dynamics: Dynamics<'a, f64>,
     /// The command that reaches each drive now, its delay behind it.
@@ -17,7 +18,7 @@ pub(crate) struct Equations<'a> {
     tau_m: Vec<f64>,
     elastic: Vec<usize>,
     lagging: Vec<usize>,
-    nv: usize,
+    moving: Vec<usize>,
 }
 
 impl<'a> Equations<'a> {
@@ -41,17 +42,16 @@ impl<'a> Equations<'a> {
             elastic: (0..nv).filter(|&i| plant.elastic()[i]).collect(),
             lagging: (0..nv).filter(|&i| actuation[i].lag > 0.0).collect(),
             actuation,
-            nv,
+            moving: plant.moving().to_vec(),
         }
     }
 
     /// The start, drives settled on their commands.
     pub fn start(&self) -> Vec<f64> {
         let mut x = vec![0.0; self.len()];
-        x[..self.nv].copy_from_slice(&self.state.q);
-        for (slot, &dof) in x[self.nv..].iter_mut().zip(&self.elastic) {
-            *slot = self.state.theta[dof];
-        }
+        let positions = self.moving.iter().map(|&dof| self.state.q[dof]);
+        let motors = self.elastic.iter().map(|&dof| self.state.theta[dof]);
+        x.iter_mut().zip(positions.chain(motors)).for_each(|(slot, at)| *slot = at);
         self.settle_drives(&mut x);
         x
     }
@@ -71,17 +71,17 @@ impl<'a> Equations<'a> {
 
     /// Brings `state`, `rates` and `actuation` to `x`.
     pub fn evaluate(&mut self, x: &[f64]) {
-        let (nv, ne) = (self.nv, self.elastic.len());
+        let (nv, ne) = (self.moving.len(), self.elastic.len());
         let (q, rest) = x.split_at(nv);
         let (theta, rest) = rest.split_at(ne);
         let (qd, rest) = rest.split_at(nv);
         let (thetad, rest) = rest.split_at(ne);
         let (z, rest) = rest.split_at(self.state.z.len());
         let state = &mut self.state;
-        state.q.copy_from_slice(q);
-        state.theta.copy_from_slice(q);
-        state.qd.copy_from_slice(qd);
-        state.thetad.copy_from_slice(qd);
+        for (k, &dof) in self.moving.iter().enumerate() {
+            (state.q[dof], state.theta[dof]) = (q[k], q[k]);
+            (state.qd[dof], state.thetad[dof]) = (qd[k], qd[k]);
+        }
         state.z.copy_from_slice(z);
         for (k, &dof) in self.elastic.iter().enumerate() {
             (state.theta[dof], state.thetad[dof]) = (theta[k], thetad[k]);
@@ -91,15 +91,21 @@ impl<'a> Equations<'a> {
         for (&u, &dof) in rest.iter().zip(&self.lagging) {
             self.tau_m[dof] = u;
         }
-        // τ_m = gain · lag(delay(command))
+        // τ_m = (1 + κ) gain · lag(delay(command))
         for (tau, path) in self.tau_m.iter_mut().zip(&self.actuation) {
             *tau *= path.gain;
         }
+        self.dynamics.add_crosstalk(&mut self.tau_m);
         self.dynamics.forward(state, &self.tau_m, &mut self.rates);
     }
 
+    /// The robot as it stands at the state last evaluated: what sensors see.
+    pub fn stands(&self) -> &State<f64> {
+        self.dynamics.settled().unwrap_or(&self.state)
+    }
+
     fn first_lag(&self) -> usize {
-        2 * (self.nv + self.elastic.len()) + self.state.z.len()
+        2 * (self.moving.len() + self.elastic.len()) + self.state.z.len()
     }
 }
 
@@ -110,9 +116,11 @@ impl System for Equations<'_> {
 
     fn rate(&mut self, _t: f64, x: &[f64], dx: &mut [f64]) {
         self.evaluate(x);
-        let (nv, ne, lag) = (self.nv, self.elastic.len(), self.first_lag());
+        let (nv, ne, lag) = (self.moving.len(), self.elastic.len(), self.first_lag());
         dx[..nv + ne].copy_from_slice(&x[nv + ne..2 * (nv + ne)]);
-        dx[nv + ne..2 * nv + ne].copy_from_slice(&self.rates.qdd);
+        for (k, &dof) in self.moving.iter().enumerate() {
+            dx[nv + ne + k] = self.rates.qdd[dof];
+        }
         for (k, &dof) in self.elastic.iter().enumerate() {
             dx[2 * nv + ne + k] = self.rates.thetadd[dof];
         }

@@ -17,7 +17,7 @@ pub struct Options {
     pub times: Vec<f64>,
     /// Where the robot starts, at rest.
     pub start: Start,
-    /// The signals wanted, for every joint.
+    /// The signals wanted, for every joint that has a motor and sensors: bending links show in none of them.
     pub quantities: Vec<Quantity>,
     /// What the sensors add.
     pub noise: Noise,
@@ -113,8 +113,8 @@ pub fn simulate(
     assert_eq!((options.start.q.len(), options.start.theta.len()), (nv, nv), "start");
     let equations = Equations::new(plant, p, &options.start.q, &options.start.theta);
     let mut bench = Bench::new(equations, options);
-    let mut measured = vec![0.0; nv];
-    let mut command = vec![0.0; nv];
+    let mut measured = vec![0.0; plant.joints().len()];
+    let mut command = vec![0.0; plant.joints().len()];
     for (k, &t) in options.times.iter().enumerate() {
         bench.read_encoders(k, &mut measured);
         drive.command(Measured { time: t, motor_position: &measured }, &mut command);
@@ -148,13 +148,14 @@ const FAR: f64 = 1e6;
 
 impl<'a> Bench<'a> {
     fn new(equations: Equations<'a>, options: &'a Options) -> Self {
-        let model = equations.dynamics.plant().model();
+        let plant = equations.dynamics.plant();
+        let (model, joints) = (plant.model(), plant.joints());
         let noise_of = |quantity| {
-            let of = |dof| options.noise.channel(options.seed, quantity, model.dof_name(dof));
-            (0..model.nv).map(of).collect()
+            let of = |&dof: &usize| options.noise.channel(options.seed, quantity, model.dof_name(dof));
+            joints.iter().map(of).collect()
         };
         let mut channels = Vec::new();
-        for dof in 0..model.nv {
+        for &dof in joints {
             for &quantity in &options.quantities {
                 channels.push(Channel::new(&equations, quantity, dof, &options.noise, options.seed));
             }
@@ -177,15 +178,19 @@ impl<'a> Bench<'a> {
 
     fn read_encoders(&mut self, k: usize, measured: &mut [f64]) {
         self.equations.evaluate(&self.x);
-        for (dof, position) in measured.iter_mut().enumerate() {
-            *position = self.encoders[dof].read(self.equations.state.theta[dof], k);
+        for (joint, &dof) in self.equations.dynamics.plant().joints().iter().enumerate() {
+            measured[joint] = self.encoders[joint].read(self.equations.state.theta[dof], k);
         }
     }
 
-    // The command as logged, and with its noise on its way to the drives.
+    // The command as logged, and what a drive makes of it, with its noise, on its way to the motor.
     fn hold(&mut self, k: usize, t: f64, command: &[f64]) {
-        self.command.copy_from_slice(command);
-        let noisy: Vec<f64> = command.iter().zip(&self.drives).map(|(c, n)| c + n.noise(k)).collect();
+        let mut noisy = vec![0.0; self.command.len()];
+        for (joint, &dof) in self.equations.dynamics.plant().joints().iter().enumerate() {
+            self.command[dof] = command[joint];
+            let given = command[joint] - self.equations.actuation[dof].excess(command[joint]);
+            noisy[dof] = given + self.drives[joint].noise(k);
+        }
         self.holds.give(t, &noisy);
         self.holds.act(t, &mut self.equations.command);
         if k == 0 {

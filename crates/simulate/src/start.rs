@@ -4,10 +4,11 @@ use sinew_plant::{Dynamics, ImposedOut, MotorMotion, Plant, Rates, State};
 
 use crate::SimulateError;
 
-/// A robot at rest.
+/// A robot at rest, by degree of freedom of the plant's model, as a state has it: see [`Dynamics::forward`] where links
+/// follow their load at once.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Start {
-    /// Link-side positions.
+    /// Link-side positions, and those of virtual joints.
     pub q: Vec<f64>,
     /// Motor-side positions; those of rigid joints are not looked at.
     pub theta: Vec<f64>,
@@ -25,7 +26,20 @@ impl Start {
         Self { q: q.to_vec(), theta: q.to_vec() }
     }
 
-    /// Springs that carry gravity at `q`, so that nothing moves while the motors hold.
+    /// Springs of joints without deflection, θ = q, and links that sag under gravity: `q` for each joint, in the order
+    /// of [`Plant::joints`].
+    ///
+    /// # Errors
+    /// If a link cannot carry its load.
+    ///
+    /// # Panics
+    /// If `p` or `q` has the wrong length.
+    pub fn sagging(plant: &Plant, p: &[f64], q: &[f64]) -> Result<Self, SimulateError> {
+        Ok(Self::at(&plant.rest_position(p, q)?))
+    }
+
+    /// Springs of joints and links that carry gravity with the joints at `q`, so that nothing moves while the motors
+    /// hold; one number for each joint, in the order of [`Plant::joints`].
     ///
     /// ```text
     /// τ_j(θ − q) = g(q) − f_link(q, 0)
@@ -38,15 +52,18 @@ impl Start {
     /// If `p` or `q` has the wrong length.
     pub fn balanced(plant: &Plant, p: &[f64], q: &[f64]) -> Result<Self, SimulateError> {
         let nv = plant.model().nv;
+        let q = plant.rest_position(p, q)?;
         let mut dynamics = Dynamics::new(plant, p);
         let mut x = State::zero(plant);
-        x.q.copy_from_slice(q);
-        x.theta.copy_from_slice(q);
+        x.q.copy_from_slice(&q);
+        x.theta.copy_from_slice(&q);
         let motion = MotorMotion { acceleration: &vec![0.0; nv], imposed: &vec![true; nv], links: None };
         let mut out = ImposedOut::new(nv);
         dynamics.imposed_motion(&x, motion, &mut out);
         let needed = out.tau_j;
         let scale = needed.iter().fold(1.0, |s: f64, t| s.max(t.abs()));
+        let q = dynamics.position_standing_at(&q);
+        x.q.copy_from_slice(&q);
         let (no_torque, mut rates) = (vec![0.0; nv], Rates::new(plant));
         let elastic: Vec<usize> = (0..nv).filter(|&i| plant.elastic()[i]).collect();
         // Joint after joint, over and over: a stiffness matrix is definite, so this converges also where springs
@@ -69,7 +86,7 @@ impl Start {
                 x.theta[dof] = here + step;
             }
             if worst <= BALANCED * scale {
-                return Ok(Self { q: q.to_vec(), theta: x.theta });
+                return Ok(Self { q, theta: x.theta });
             }
         }
         Err(SimulateError::BadRequest {

@@ -172,7 +172,7 @@ pub(super) fn answer<S: Kind>(effect: &dyn Effect, act: Act, p: &[S], x: &Sample
         Act::Actuation => {
             let mut drives = vec![Actuation::default(); nv];
             S::call(effect, p, Call::Actuation(&at, &mut drives));
-            return drives.iter().flat_map(|a| [a.gain, a.lag, a.delay]).collect();
+            return drives.iter().flat_map(|a| [a.gain, a.lag, a.delay, a.limit]).collect();
         }
         Act::Reading => {
             let of = |sensor| {
@@ -202,7 +202,7 @@ fn numbers<S: Scalar>(c: &Coefficients<S>) -> Vec<S> {
         let (h, s) = (i.first_moment, i.second_moment);
         [i.mass, h.x, h.y, h.z, s.xx, s.yy, s.zz, s.xy, s.xz, s.yz]
     });
-    let vectors = [&c.rotor, &c.compliance, &c.damping, &c.coulomb, &c.smoothing_velocity];
+    let vectors = [&c.rotor, &c.compliance, &c.damping, &c.coulomb, &c.smoothing_velocity, &c.crosstalk];
     bodies.chain(c.gravity.to_array()).chain(vectors.into_iter().flatten().copied()).collect()
 }
 
@@ -216,6 +216,7 @@ fn constants<S: Scalar>(c: &Coefficients<f64>, f: impl Fn(f64) -> S + Copy) -> C
         damping: vector(&c.damping),
         coulomb: vector(&c.coulomb),
         smoothing_velocity: vector(&c.smoothing_velocity),
+        crosstalk: vector(&c.crosstalk),
     }
 }
 

@@ -45,11 +45,11 @@ pub(super) const INERTIA_EVERY: usize = 8;
 /// bodies            q̈̃ = (M + B_imposed)⁻¹ push
 /// ```
 pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Channel]) -> Along {
-    let nv = plant.model().nv;
+    let (nv, joints) = (plant.model().nv, plant.joints());
     let freedom = Freedom::of(plant, p, record, Springs::Simulated);
     let imposed = &freedom.imposed;
     let mut walk = Walk::new(Dynamics::new(plant, p), record, &freedom);
-    let mut series = Series::new(channels, nv, record.len());
+    let mut series = Series::new(channels, nv, record);
     let constants: Vec<Derivative> = p.iter().map(|&x| Derivative::constant(x)).collect();
     let mut dual = Dual {
         dynamics: Dynamics::new(plant, &constants),
@@ -59,24 +59,24 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
     };
     dual.seed(imposed);
     let room = |imposed: &bool| (!imposed).then(|| Vec::with_capacity(record.len()));
-    let mut links: Vec<Option<Vec<[f64; 3]>>> = imposed.iter().map(room).collect();
+    let mut links: Vec<Option<Vec<[f64; 3]>>> = joints.iter().map(|&i| room(&imposed[i])).collect();
     let mut mobility: Vec<Vec<f64>> = Vec::new();
-    let mut linear = vec![Vec::with_capacity(record.len()); nv];
-    let mut hold_means = vec![Vec::with_capacity(record.len()); nv];
+    let mut linear = vec![Vec::with_capacity(record.len()); joints.len()];
+    let mut hold_means = linear.iter().map(|_| Vec::with_capacity(record.len())).collect::<Vec<_>>();
     for k in 0..record.len() {
         walk.torque(k);
         series.store(&walk.dynamics, &walk.x, &freedom, &walk.out, &walk.actuation);
-        for (i, link) in links.iter_mut().enumerate() {
+        for (link, &i) in links.iter_mut().zip(joints) {
             link.iter_mut().for_each(|l| l.push([walk.x.q[i], walk.x.qd[i], walk.out.qdd[i]]));
         }
         if k % INERTIA_EVERY == 0 {
             mobility.push(mobilities(&walk, imposed));
         }
         dual.evaluate(&walk, &freedom);
-        for (dof, list) in linear.iter_mut().enumerate() {
-            let own = mobility.last().map_or(0.0, |m| m[dof * nv + dof]);
-            list.push(dual.linear(dof, imposed[dof], own));
-            hold_means[dof].push(dual.hold_mean(dof, walk.out.qdd[dof], record.scales.step()));
+        for (joint, &i) in joints.iter().enumerate() {
+            let own = mobility.last().map_or(0.0, |m| m[joint * joints.len() + joint]);
+            linear[joint].push(dual.linear(i, imposed[i], own));
+            hold_means[joint].push(dual.hold_mean(i, walk.out.qdd[i], record.scales.step()));
         }
         if k + 1 < record.len() {
             walk.step(k);
@@ -148,7 +148,8 @@ impl Dual<'_> {
     }
 }
 
-// Inverse of the inertia of the links, with the motors of imposed joints, by rows.
+// Inverse of the inertia of the links, with the motors of imposed joints, by rows; of virtual joints only what they give
+// way counts.
 fn mobilities(walk: &Walk<f64>, imposed: &[bool]) -> Vec<f64> {
     let plant = walk.dynamics.plant();
     let nv = imposed.len();
@@ -162,10 +163,12 @@ fn mobilities(walk: &Walk<f64>, imposed: &[bool]) -> Vec<f64> {
         armature: &armature,
     };
     let mut mass = vec![0.0; nv * nv];
+    let joints = || plant.joints().iter().copied();
     mass_matrix_with(&bodies, &mut Scratch::new(plant.model()), &walk.x.q, &mut mass);
     let Some(normal) = Normal::new(&Mat::from_fn(nv, nv, |i, j| mass[i * nv + j])) else {
-        return (0..nv * nv).map(|k| if k % (nv + 1) == 0 { 1.0 / mass[k].max(1e-9) } else { 0.0 }).collect();
+        let alone = |i: usize, j: usize| if i == j { 1.0 / mass[i * (nv + 1)].max(1e-9) } else { 0.0 };
+        return joints().flat_map(|i| joints().map(move |j| alone(i, j))).collect();
     };
-    let inverse = normal.solve_many(&Mat::<f64>::identity(nv, nv));
-    (0..nv * nv).map(|k| inverse[(k / nv, k % nv)]).collect()
+    let inverse = &normal.solve_many(&Mat::<f64>::identity(nv, nv));
+    joints().flat_map(|i| joints().map(move |j| inverse[(i, j)])).collect()
 }

@@ -176,13 +176,18 @@ impl Even {
             thetad,
             middle: None,
             start: start.collect(),
-            measured: vec![Vec::new(); self.noise.len()],
+            measured: self.torque.iter().map(|torque| met_torque(torque)).collect(),
             noise: self.noise.clone(),
             position_noise: self.theta_noise.clone(),
             reduction: Reduction::Thinned(Arc::clone(filters)),
             links: Some(Arc::new(links)),
         }
     }
+}
+
+// A held torque at every second sample, where two holds meet; empty of channels without one.
+fn met_torque(held: &[f64]) -> Vec<f64> {
+    (1..held.len()).step_by(2).map(|k| 0.5 * (held[k - 1] + held[k])).collect()
 }
 
 // The width of the velocities of a motor in each hold, evenly spread: from end to end where they change evenly; where

@@ -2,6 +2,7 @@
 
 use sinew_data::Quantity;
 use sinew_model::{EffectSpec, Place, Robot, Vector3, samples};
+use sinew_plant::Dynamics;
 use sinew_simulate::{Options, Simulated, Torques, simulate};
 
 use crate::robots::{lesson, plant};
@@ -106,6 +107,37 @@ fn a_wrong_torque_constant_scales_what_acts_and_not_what_is_logged() {
     let acting = v * INERTIA / 0.099;
     assert!((acting - 1.05).abs() < 1e-9 || (acting - 0.95).abs() < 1e-9, "{acting}");
     assert_eq!(logged, 1.0);
+}
+
+#[test]
+fn a_drive_at_its_limit_gives_no_more_than_that() {
+    let robot = free(effect("torque_saturation", "limit", 0.75));
+    for (command, acts) in [(1.0, 0.75), (-2.0, -0.75), (0.5, 0.5)] {
+        let run = run_at(&robot, every_millisecond(0.0), Torques::constant(&[command]));
+        let (v, logged) =
+            (values(&run, Quantity::JointVelocity)[99], values(&run, Quantity::MotorTorque)[99]);
+        assert!((v * INERTIA / 0.099 - acts).abs() < 1e-9, "{command}");
+        assert_eq!(logged, command);
+    }
+}
+
+// κ₁₀ = 0.3, κ₀₁ = −0.2
+#[test]
+fn what_drives_give_together_is_taken_apart_again() {
+    let mut robot = Robot::rigid(samples::planar_arm(2, 4.0, 0.5));
+    for (onto, from, share) in [("joint_2", "joint_1", 0.3), ("joint_1", "joint_2", -0.2)] {
+        let spec = EffectSpec::new("joint_cross_coupling", Place::Joint(onto.to_owned()));
+        robot.effects.push(spec.with("coupling", share).said("from", from));
+    }
+    let plant = plant(&robot);
+    let dynamics = Dynamics::new(&plant, &plant.parameters());
+    let mut tau = [10.0, 20.0];
+    dynamics.add_crosstalk(&mut tau);
+    assert_eq!(tau, [10.0 - 0.2 * 20.0, 20.0 + 0.3 * 10.0]);
+    let mut drives = [0.0; 2];
+    dynamics.of_drives(&tau, &mut drives);
+    // The first term left out is κ⁸ of 0.06⁴ and twice the torque.
+    assert!((drives[0] - 10.0).abs() < 1e-3 && (drives[1] - 20.0).abs() < 1e-3, "{drives:?}");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Laws of simulated runs.
 
+mod bending;
 mod controlled;
 mod energy;
 mod excitation;
@@ -9,3 +10,4 @@ mod planar_arm;
 mod refusals;
 mod robots;
 mod stiffness;
+mod swings;
