@@ -6,7 +6,10 @@ use clap::{Parser, Subcommand};
 
 use crate::console::Console;
 use crate::error::CliError;
-use crate::{add, check, compare, demo, diagnose, discover, effects, fit, report, simulate, trial};
+use crate::{
+    add, check, compare, demo, diagnose, discover, effects, fit, frf, info, linearize, modes, report,
+    simulate, stiffness, trial,
+};
 
 /// Compare a robot's model with its measurements, find the missing effect, watch the error fall.
 #[derive(Debug, Parser)]
@@ -32,6 +35,8 @@ enum Verb {
     Demo(demo::Demo),
     /// Read everything and say what is missing, suspicious or not excited
     Check(check::Check),
+    /// What a robot is: degrees of freedom, masses, elastic joints, effects, modes at rest
+    Info(info::Info),
     /// Simulate a robot under torques or behind a controller
     Simulate(simulate::Simulate),
     /// Error per joint and signal against the noise floor; where and when the model fails
@@ -46,6 +51,14 @@ enum Verb {
     Discover(discover::Discover),
     /// How often the search would accept an effect on surrogates of these runs, where nothing is missing
     Trial(trial::Trial),
+    /// Natural frequencies, damping and mode shapes at rest, and what takes part in each
+    Modes(modes::Modes),
+    /// Frequency response from one signal to another, with resonances and antiresonances
+    Frf(frf::Frf),
+    /// How far the tool gives way to a force or moment: compliance, stiffness, deflection under a load
+    Stiffness(stiffness::Stiffness),
+    /// A, B, C, D with names, for python-control, MATLAB and everybody else
+    Linearize(linearize::Linearize),
     /// List the catalogue, or show one effect
     Effects(effects::Effects),
     /// Write the page: verdict, ladder and views in one HTML file
@@ -59,6 +72,7 @@ impl Command {
         match self.verb {
             Verb::Check(check) => return check.run(&console),
             Verb::Demo(demo) => demo.run(&console)?,
+            Verb::Info(info) => info.run(&console)?,
             Verb::Simulate(simulate) => simulate.run(&console)?,
             Verb::Compare(compare) => compare.run(&console)?,
             Verb::Diagnose(diagnose) => diagnose.run(&console)?,
@@ -66,6 +80,10 @@ impl Command {
             Verb::Fit(fit) => fit.run(&console)?,
             Verb::Discover(discover) => discover.run(&console)?,
             Verb::Trial(trial) => trial.run(&console)?,
+            Verb::Modes(modes) => modes.run(&console)?,
+            Verb::Frf(frf) => frf.run(&console)?,
+            Verb::Stiffness(stiffness) => stiffness.run(&console)?,
+            Verb::Linearize(linearize) => linearize.run(&console)?,
             Verb::Effects(effects) => effects.run(&console)?,
             Verb::Report(report) => report.run(&console)?,
         }

@@ -3,7 +3,7 @@
 use sinew_effect::{Entry, PlaceKind, Role, Screening, Written};
 use sinew_effects::CATALOGUE;
 use sinew_model::{EffectSpec, Place, Robot, Setting};
-use sinew_plant::{Active, PlantError};
+use sinew_plant::{Plant, PlantError};
 use sinew_rigid::mass_matrix;
 
 use crate::error::CliError;
@@ -42,7 +42,7 @@ pub(crate) fn effect(argument: &str, robot: &Robot) -> Result<EffectSpec, CliErr
     for part in parts {
         spec.settings.push(setting(part, entry)?);
     }
-    Active::new(&robot.model, robot.tool, &spec, &CATALOGUE).map_err(plant_error)?;
+    Plant::with_effects(robot, std::slice::from_ref(&spec), &CATALOGUE).map_err(plant_error)?;
     Ok(spec)
 }
 
@@ -61,6 +61,12 @@ pub(crate) fn with_start_values(mut spec: EffectSpec, robot: &Robot) -> EffectSp
             continue;
         }
         match (parameter.written, parameter.component) {
+            (Written::Plain, None)
+                if parameter.role == Role::Strength && usual_swing(&spec, entry, robot).is_some() =>
+            {
+                let strength = usual_swing(&spec, entry, robot).unwrap_or_default();
+                spec = spec.with(parameter.key, strength);
+            }
             (Written::Plain, None) => spec = spec.with(parameter.key, parameter.start()),
             (Written::Plain, Some(_)) => {
                 let alike = entry.card.parameters.iter().filter(|p| p.key == parameter.key);
@@ -75,6 +81,21 @@ pub(crate) fn with_start_values(mut spec: EffectSpec, robot: &Robot) -> EffectSp
         }
     }
     spec
+}
+
+// A part that swings starts with its usual share of the inertia, or with share/(I ω²).
+fn usual_swing(spec: &EffectSpec, entry: &Entry, robot: &Robot) -> Option<f64> {
+    let Screening::Swing { hertz, shares: &[share, ..] } = entry.card.screening else { return None };
+    if entry.card.parameters[0].unit != "rad/(N·m)" {
+        return Some(share);
+    }
+    let mass = mass_matrix(&robot.model, &robot.model.zero_position());
+    let inertia = match &spec.place {
+        Place::Joint(joint) => mass.diagonal()[robot.model.dof(joint)?],
+        _ => mass.diagonal().max(),
+    };
+    let omega = core::f64::consts::TAU * hertz[hertz.len() / 2];
+    Some(share / (inertia * omega * omega))
 }
 
 fn usual_stiffness(spec: &EffectSpec, entry: &Entry, robot: &Robot) -> Option<f64> {
@@ -147,7 +168,7 @@ mod tests {
             };
             let Ok(spec) = effect(&argument, &robot()) else { continue };
             let spec = with_start_values(spec, &robot());
-            let made = Active::new(&robot().model, robot().tool, &spec, &CATALOGUE);
+            let made = Plant::with_effects(&robot(), &[spec], &CATALOGUE);
             assert!(made.is_ok(), "{argument}: {}", made.unwrap_err());
         }
     }

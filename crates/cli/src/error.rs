@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use sinew_data::DataError;
 use sinew_identify::IdentifyError;
+use sinew_linear::LinearError;
 use sinew_plant::PlantError;
 use sinew_simulate::SimulateError;
-use sinew_urdf::UrdfError;
+use sinew_urdf::{RobotFile, UrdfError};
 use thiserror::Error;
 
 /// One message that says where, what, what is allowed and what to do.
@@ -26,6 +27,14 @@ pub(crate) enum CliError {
         file: String,
         /// What is wrong with it.
         source: Box<PlantError>,
+    },
+    /// The robot as a linear system; the text names the robot's file.
+    #[error("{file}: {source}")]
+    Linear {
+        /// The robot's file.
+        file: String,
+        /// Why there is none.
+        source: Box<LinearError>,
     },
     /// The question.
     #[error(transparent)]
@@ -59,6 +68,11 @@ pub(crate) enum CliError {
 impl CliError {
     pub fn usage(place: impl Into<String>, what: impl Into<String>, help: impl Into<String>) -> Self {
         Self::Usage { place: place.into(), what: what.into(), help: help.into() }
+    }
+
+    /// What is wrong with the linear model of a robot.
+    pub fn linear(file: &RobotFile, source: LinearError) -> Self {
+        Self::Linear { file: file.sidecar.file().to_owned(), source: Box::new(source) }
     }
 }
 

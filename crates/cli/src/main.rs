@@ -14,15 +14,26 @@ mod effects;
 mod error;
 mod fit;
 mod fitted_robot;
+mod frf;
+mod info;
 mod inputs;
+mod linearize;
+mod matrix_json;
+mod modes;
 mod noise_file;
 mod output_file;
+mod plot_file;
 mod position_argument;
 mod report;
+mod rest_argument;
 mod simulate;
+mod stiffness;
+mod stiffness_answer;
+mod stiffness_scan;
 mod table;
 mod tracking;
 mod trial;
+mod vector_argument;
 
 use std::process::ExitCode;
 

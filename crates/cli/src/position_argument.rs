@@ -1,13 +1,13 @@
 //! A position on the command line: numbers in order, or `joint=value` pairs.
 
-use sinew_model::Model;
+use sinew_model::{Model, nearest};
 
 use crate::error::CliError;
 
 /// The position that `text` names, one number for each degree of freedom; joints not named are 0.
 pub(crate) fn position(text: &str, model: &Model) -> Result<Vec<f64>, CliError> {
     let mut q = vec![0.0; model.nv];
-    let names: Vec<&str> = (0..model.nv).map(|dof| model.dof_name(dof)).collect();
+    let names: Vec<String> = (0..model.nv).map(|dof| model.dof_name(dof).to_owned()).collect();
     let help = || format!("the joints are {}; write numbers in this order, or joint=value", names.join(", "));
     let parts: Vec<&str> = text.split(',').map(str::trim).filter(|p| !p.is_empty()).collect();
     let named = parts.iter().any(|p| p.contains('='));
@@ -21,8 +21,10 @@ pub(crate) fn position(text: &str, model: &Model) -> Result<Vec<f64>, CliError> 
             None if named => return Err(wrong(format!("\"{part}\" names no joint"))),
             None => (k, *part),
             Some((joint, value)) => {
-                let dof = names.iter().position(|n| *n == joint.trim());
-                (dof.ok_or_else(|| wrong(format!("no joint \"{}\"", joint.trim())))?, value.trim())
+                let joint = joint.trim();
+                let meant = nearest(joint, &names).map(|n| format!("; did you mean \"{n}\"?"));
+                let unknown = || wrong(format!("no joint \"{joint}\"{}", meant.unwrap_or_default()));
+                (names.iter().position(|n| n == joint).ok_or_else(unknown)?, value.trim())
             }
         };
         let number = value.parse().ok().filter(|x: &f64| x.is_finite());

@@ -66,16 +66,21 @@ impl Simulate {
                 Quantity::MotorTorque,
                 "give motor_torque.J, or joint_position.J and --controller",
             )?;
-            Box::new(Torques::of_run(&input, model))
+            Box::new(Torques::of_run(&input, &plant))
         };
         let mut options = Options::new(&plant, 1.0, 1.0);
         options.times.clone_from(&input.time);
-        options.start = if self.controller { held_at(&file.robot, &start) } else { Start::at(&start) };
+        let p = plant.parameters();
+        options.start = if self.controller {
+            held_at(&file.robot, &plant, &start)?
+        } else {
+            Start::sagging(&plant, &p, &start)?
+        };
         options.noise =
             if self.noise == Path::new("none") { Noise::default() } else { noise_file::read(&self.noise)? };
         options.seed = self.seed;
         console.say("simulating …");
-        let simulated = simulate(&plant, &plant.parameters(), drive.as_mut(), &options)?;
+        let simulated = simulate(&plant, &p, drive.as_mut(), &options)?;
         simulated.run.write_csv(&self.output)?;
         let audit = simulated.audit;
         let path = self.output.display();

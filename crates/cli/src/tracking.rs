@@ -2,8 +2,11 @@
 
 use sinew_data::{Quantity, Run};
 use sinew_model::Robot;
+use sinew_plant::Plant;
 use sinew_rigid::{gravity, inverse_dynamics, mass_matrix};
 use sinew_simulate::{Drive, Measured, Start};
+
+use crate::error::CliError;
 
 /// Follows the joint positions of a run, with the rigid robot, its rotors and the deflection of its springs as
 /// feed-forward.
@@ -27,10 +30,20 @@ pub(crate) struct Tracking<'a> {
 /// ```text
 /// θ = q + g(q)/K
 /// ```
-pub(crate) fn held_at(robot: &Robot, q: &[f64]) -> Start {
-    let g = gravity(&robot.model, q);
-    let sag = |dof: usize| q[dof] + robot.joints[dof].stiffness.map_or(0.0, |K| g[dof] / K);
-    Start { q: q.to_vec(), theta: (0..q.len()).map(sag).collect() }
+///
+/// # Errors
+/// If a link cannot carry its load.
+pub(crate) fn held_at(robot: &Robot, plant: &Plant, q: &[f64]) -> Result<Start, CliError> {
+    // where a joint's state counts with what the link behind it bends, all springs are solved together
+    if plant.moving().len() < plant.model().nv {
+        return Ok(Start::balanced(plant, &plant.parameters(), q)?);
+    }
+    let mut start = Start::sagging(plant, &plant.parameters(), q)?;
+    let g = gravity(plant.model(), &start.q);
+    for (joint, &dof) in robot.joints.iter().zip(plant.joints()) {
+        start.theta[dof] += joint.stiffness.map_or(0.0, |K| g[dof] / K);
+    }
+    Ok(start)
 }
 
 impl<'a> Tracking<'a> {

@@ -6,12 +6,12 @@ use sinew_effect::Derivative;
 use sinew_plant::{Dynamics, ImposedOut, LinkState, MotorMotion, Plant, Rates, State};
 
 use crate::LinearError;
-use crate::seeds::{chunks, constants};
+use crate::seeds::{chunks, constants, lift};
 
 /// A robot at rest, motors holding it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equilibrium {
-    /// Link-side positions, rad (m).
+    /// Link-side positions by degree of freedom of the plant's model, rad (m); links that bend sag.
     pub q: Vec<f64>,
     /// Motor-side positions; equal to `q` in rigid joints.
     pub theta: Vec<f64>,
@@ -21,10 +21,13 @@ pub struct Equilibrium {
 
 // Torque left over, relative to the largest torque.
 const BALANCED: f64 = 1e-13;
+// Roundings of θ and q that a spring's torque may show.
+const ROUNDINGS: f64 = 4.0;
 const ROUNDS: usize = 100;
 
 impl Equilibrium {
-    /// The rest position with links at `q`: springs carry gravity, motors hold the springs.
+    /// The rest position with the robot's own joints at `q`: springs of links and joints carry gravity, motors hold the
+    /// springs.
     ///
     /// ```text
     /// τ_j(θ − q) = g(q) − f_link,   τ_m = τ_j − f_motor
@@ -34,12 +37,13 @@ impl Equilibrium {
     /// If the springs cannot carry the links.
     ///
     /// # Panics
-    /// If `p` or `q` has the wrong length.
+    /// If `p` has the wrong length, or `q` has not one number for each of the robot's own joints.
     pub fn at(plant: &Plant, p: &[f64], q: &[f64]) -> Result<Self, LinearError> {
         let nv = plant.model().nv;
+        let q = plant.rest_position(p, q)?;
         let mut x = State::zero(plant);
-        x.q.copy_from_slice(q);
-        x.theta.copy_from_slice(q);
+        x.q.copy_from_slice(&q);
+        x.theta.copy_from_slice(&q);
         let motion = MotorMotion { acceleration: &vec![0.0; nv], imposed: &vec![true; nv], links: None };
         let mut out = ImposedOut::new(nv);
         let mut dynamics = Dynamics::new(plant, p);
@@ -53,7 +57,7 @@ impl Equilibrium {
             // τ_m = τ + (what is missing to B θ̈ = 0)
             out.tau_m[dof] -= dynamics.coefficients().rotor[dof] * rates.thetadd[dof];
         }
-        Ok(Self { q: q.to_vec(), theta: x.theta, tau_m: out.tau_m })
+        Ok(Self { q, theta: x.theta, tau_m: out.tau_m })
     }
 }
 
@@ -87,7 +91,10 @@ fn solve_springs(
             }
         }
         worst = (0..n).map(|k| missing[(k, 0)].abs()).fold(0.0, f64::max);
-        if worst <= BALANCED * scale {
+        // A stiff spring turns the last digit of θ into torque.
+        let last_digit = |k: usize| (slope[(k, k)] * x.theta[elastic[k]]).abs() * f64::EPSILON;
+        let rounding = ROUNDINGS * (0..n).map(last_digit).fold(0.0, f64::max);
+        if worst <= BALANCED * scale + rounding {
             return Ok(());
         }
         for (k, &dof) in elastic.iter().enumerate() {
@@ -102,17 +109,4 @@ fn solve_springs(
         }
     }
     Err(LinearError::NoEquilibrium { robot: plant.model().name.clone(), missing: worst })
-}
-
-/// A state as numbers without derivatives.
-pub(crate) fn lift(x: &LinkState<f64>) -> LinkState<Derivative> {
-    LinkState {
-        q: constants(&x.q),
-        qd: constants(&x.qd),
-        theta: constants(&x.theta),
-        thetad: constants(&x.thetad),
-        thetad_sweep: x.thetad_sweep.clone(),
-        qd_sweep: x.qd_sweep.clone(),
-        z: constants(&x.z),
-    }
 }

@@ -3,14 +3,12 @@
 use core::f64::consts::TAU;
 
 use faer::{Mat, Side, c64};
-use sinew_effect::Derivative;
-use sinew_plant::{Dynamics, ImposedOut, LinkState, MotorMotion, Plant};
+use sinew_plant::Plant;
 
-use crate::equilibrium::lift;
+use crate::participation::Energies;
 use crate::poles::Poles;
-use crate::seeds::{chunks, constants};
-use crate::state_space::Layout;
-use crate::{LinearError, linearize};
+use crate::state_space::Mechanical;
+use crate::{Described, Equilibrium, LinearError, Options, Share};
 
 /// A natural mode of a robot at rest.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,9 +26,14 @@ pub struct Mode {
     pub poles: Vec<c64>,
     /// True if no pole is in the right half plane.
     pub stable: bool,
-    /// The shape by coordinate (`q.J` on the link side, `theta.J` on the motor side), with φᵀMφ = 1 and its
+    /// The shape by coordinate (`q.J` on the link side, `theta.J` on the motor side, `v.LINK.K` of a link that bends), with φᵀMφ = 1 and its
     /// largest entry positive.
     pub shape: Vec<(String, f64)>,
+    /// Where its potential energy is: springs, gravity, effects; the largest first, empty for a motion that meets no
+    /// stiffness.
+    pub participation: Vec<Share>,
+    /// Where its kinetic energy is: links and motors; the largest first.
+    pub motion: Vec<Share>,
 }
 
 // |ω²| below this share of the largest is rounding.
@@ -44,14 +47,14 @@ const STABLE: f64 = 1e-9;
 /// The modes of `plant` with parameters `p` at rest with links at `q`, slowest first.
 ///
 /// ```text
-/// K φ = ω² M φ,   φ over [q; θ of elastic joints]
+/// K φ = ω² M φ,   φ over [q; θ of elastic joints; virtual joints],   φᵀ M φ = 1
 /// ```
 ///
 /// M and K are those of the whole robot, rotors, springs and gravity included. Each pole of the damped robot goes
-/// to the mode whose shape it shares most.
+/// to the mode whose shape it shares most. Lag and delay of drives are no part of a mode.
 ///
 /// # Errors
-/// As [`linearize`], if M is not positive definite, or the eigenvalues do not check.
+/// As [`linearize`](crate::linearize), if M is not positive definite, or the eigenvalues do not check.
 ///
 /// # Panics
 /// If `p` or `q` has the wrong length.
@@ -65,22 +68,43 @@ const STABLE: f64 = 1e-9;
 /// let plant = Plant::new(&robot, &sinew_effects::CATALOGUE).unwrap();
 /// let modes = sinew_linear::modes(&plant, &[], &[0.0]).unwrap();
 /// assert!((modes[0].omega_squared - 2.0 * 9.81 * 0.4 / 0.5).abs() < 1e-12);
+/// assert_eq!(modes[0].participation[0].part, "gravity");
 /// ```
 pub fn modes(plant: &Plant, p: &[f64], q: &[f64]) -> Result<Vec<Mode>, LinearError> {
-    let linear = linearize(plant, p, q)?;
-    let layout = Layout::new(plant);
-    let n = layout.positions();
-    let M = mass(plant, p, q, &layout);
-    // At rest M q̈ = −K x, so K = −M ∂q̈/∂x; symmetric but for rounding where all forces are conservative.
-    let raw = -(&M * linear.A.submatrix(n, 0, n, n));
-    let K = Mat::from_fn(n, n, |i, j| 0.5 * (raw[(i, j)] + raw[(j, i)]));
-    let (omega_squared, shapes) =
-        undamped(&M, &K).ok_or_else(|| LinearError::Massless { robot: plant.model().name.clone() })?;
-    let poles = Poles::of(&linear.A)?;
-    let owned = shared_out(&poles, &M, &shapes);
+    Ok(modes_with(plant, p, q, &Options::default())?.modes)
+}
+
+/// The modes of a robot, and what was put in place of effects that are not linear.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Modes {
+    /// Slowest first.
+    pub modes: Vec<Mode>,
+    /// Where the robot rests.
+    pub at: Equilibrium,
+    /// The effects that are not linear over the amplitude of interest.
+    pub described: Vec<Described>,
+}
+
+/// [`modes`] with another treatment of effects that are not linear.
+///
+/// # Errors
+/// As [`modes`], and if such an effect is to be refused.
+///
+/// # Panics
+/// If `p` or `q` has the wrong length.
+pub fn modes_with(plant: &Plant, p: &[f64], q: &[f64], options: &Options) -> Result<Modes, LinearError> {
+    let mechanical = Mechanical::new(plant, p, q, options)?;
+    let mut energies = Energies::new(plant, p, &mechanical);
+    let layout = &mechanical.linearizer.layout;
+    let (n, A) = (layout.positions(), &mechanical.matrices.A);
+    let Undamped { omega_squared, shapes, .. } = undamped_by(plant, &energies, &mechanical)?;
+    let poles = Poles::of(A)?;
+    let owned = shared_out(&poles, &energies.mass, &shapes);
     let fastest = poles.values.iter().map(|l| l.norm()).fold(0.0, f64::max);
-    let names = layout.coordinates(plant);
-    let mode = |k: usize| {
+    let stiffest = omega_squared.iter().fold(0.0, |s: f64, w| s.max(w.abs()));
+    let names = layout.position_names(plant);
+    let potential = energies.potential(&shapes, stiffest);
+    let mut mode = |(k, participation): (usize, Vec<Share>)| {
         let omega_squared = omega_squared[k];
         let settle = |l: c64| {
             let zero = omega_squared == 0.0 && l.norm() < ZERO_POLE * fastest;
@@ -88,6 +112,7 @@ pub fn modes(plant: &Plant, p: &[f64], q: &[f64]) -> Result<Vec<Mode>, LinearErr
         };
         let poles: Vec<c64> = owned[k].iter().map(|&l| settle(l)).collect();
         let omega = omega_squared.max(0.0).sqrt();
+        let shape: Vec<f64> = (0..n).map(|i| shapes[(i, k)]).collect();
         Mode {
             omega_squared,
             omega,
@@ -95,43 +120,49 @@ pub fn modes(plant: &Plant, p: &[f64], q: &[f64]) -> Result<Vec<Mode>, LinearErr
             damping_ratio: damping_ratio(&poles, REAL * fastest),
             stable: poles.iter().all(|l| l.re <= STABLE * fastest),
             poles,
-            shape: names.iter().cloned().zip((0..n).map(|i| shapes[(i, k)])).collect(),
+            participation,
+            motion: energies.kinetic(&shape),
+            shape: names.iter().cloned().zip(shape).collect(),
         }
     };
-    Ok((0..n).map(mode).collect())
+    let modes = potential.into_iter().enumerate().map(&mut mode).collect();
+    Ok(Modes { modes, at: mechanical.at.clone(), described: mechanical.described.clone() })
 }
 
-// The mass matrix over [q; θ]: M(q) with the rotors of rigid joints, and B of elastic ones.
-fn mass(plant: &Plant, p: &[f64], q: &[f64], layout: &Layout) -> Mat<f64> {
-    let (nv, n) = (layout.nv, layout.positions());
-    let mut dynamics = Dynamics::<Derivative>::new(plant, &constants(p));
-    let mut x = LinkState::zero(plant);
-    x.q.copy_from_slice(q);
-    x.theta.copy_from_slice(q);
-    let (x, mut out) = (lift(&x), ImposedOut::new(nv));
-    let mut M = Mat::zeros(n, n);
-    for chunk in chunks(nv) {
-        let mut acceleration = constants(&vec![0.0; nv]);
-        for (direction, k) in chunk.clone().enumerate() {
-            acceleration[k] = Derivative::variable(0.0, direction);
-        }
-        let motion = MotorMotion { acceleration: &acceleration, imposed: &vec![true; nv], links: None };
-        dynamics.imposed_motion(&x, motion, &mut out);
-        for (direction, k) in chunk.enumerate() {
-            for i in 0..nv {
-                // M_ik = ∂τ_i/∂q̈_k
-                M[(i, k)] = out.tau_j[i].derivative[direction];
-            }
-        }
+/// The undamped modes by themselves.
+pub(crate) struct Undamped {
+    /// ω², ascending.
+    pub omega_squared: Vec<f64>,
+    /// Mass-normalised shapes in columns.
+    pub shapes: Mat<f64>,
+    /// M.
+    pub mass: Mat<f64>,
+}
+
+impl Undamped {
+    /// The number of modes up to the last that meets no stiffness.
+    pub fn free(&self) -> usize {
+        self.omega_squared.iter().rposition(|w| *w == 0.0).map_or(0, |k| k + 1)
     }
-    let rotor = |dof: usize| dynamics.coefficients().rotor[dof].value;
-    for dof in (0..nv).filter(|dof| !layout.elastic.contains(dof)) {
-        M[(dof, dof)] += rotor(dof);
-    }
-    for (k, &dof) in layout.elastic.iter().enumerate() {
-        M[(nv + k, nv + k)] = rotor(dof);
-    }
-    M
+}
+
+/// The undamped modes of a linear model.
+pub(crate) fn undamped_of(
+    plant: &Plant,
+    p: &[f64],
+    mechanical: &Mechanical,
+) -> Result<Undamped, LinearError> {
+    undamped_by(plant, &Energies::new(plant, p, mechanical), mechanical)
+}
+
+fn undamped_by(plant: &Plant, energies: &Energies, mechanical: &Mechanical) -> Result<Undamped, LinearError> {
+    let n = mechanical.linearizer.layout.positions();
+    // At rest M q̈ = −K x, so K = −M ∂q̈/∂x; symmetric but for rounding where all forces are conservative.
+    let raw = -(&energies.mass * mechanical.matrices.A.submatrix(n, 0, n, n));
+    let K = Mat::from_fn(n, n, |i, j| 0.5 * (raw[(i, j)] + raw[(j, i)]));
+    let (omega_squared, shapes) = undamped(&energies.mass, &K)
+        .ok_or_else(|| LinearError::Massless { robot: plant.model().name.clone() })?;
+    Ok(Undamped { omega_squared, shapes, mass: energies.mass.clone() })
 }
 
 // ω², ascending, and mass-normalised shapes in columns; none if M is not definite.

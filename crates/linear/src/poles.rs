@@ -63,7 +63,7 @@ impl Poles {
 
 // Powers of two that make rows and columns of like size, so that rounding is relative to the poles, not to their
 // squares (Parlett and Reinsch, 1969).
-fn balance(A: &Mat<f64>) -> Vec<f64> {
+pub(crate) fn balance(A: &Mat<f64>) -> Vec<f64> {
     const ROUNDS: usize = 20;
     let n = A.nrows();
     let mut scale = vec![1.0f64; n];

@@ -1,27 +1,30 @@
 //! The linear model of a plant about a rest position.
 
 use faer::Mat;
-use sinew_effect::Derivative;
-use sinew_plant::{Dynamics, LinkState, Plant, Rates};
+use sinew_model::{Following, VirtualJoint};
+use sinew_plant::{Plant, State};
 
-use crate::equilibrium::lift;
-use crate::seeds::{chunks, constants};
+use crate::describing::{Described, Nonlinear, describe};
+use crate::drives::connect;
+use crate::linearizer::{Linearizer, Matrices, OUTPUTS};
 use crate::{Equilibrium, LinearError};
 
 /// A linear system with named states, inputs and outputs, in deviations from a rest position.
 ///
 /// ```text
-/// ẋ = A x + B u,   y = C x + D u
+/// ẋ = A x + B u(t − T_u),   y = C x + D u,   each output read T_y late         of continuous time
+/// x⁺ = A x + B u,           y = C x + D u                                       of discrete time
 /// ```
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct StateSpace {
-    /// `q.J` of every joint, `theta.J` of the elastic ones, their rates `qd.J` and `thetad.J`, then the effects'
-    /// own states `z.EFFECT@PLACE.K`.
+    /// `q.J` of every joint, `theta.J` of the elastic ones, `v.LINK.K` of links that bend; their rates `qd.J`,
+    /// `thetad.J` and `vd.LINK.K`; then the effects'
+    /// own states `z.EFFECT@PLACE.K` and the drives' `lag.J`.
     pub states: Vec<String>,
-    /// `motor_torque.J`: the torque that acts; lag, delay and gain of the drives are not part of the model.
+    /// `motor_torque.J`: the torque as it is commanded.
     pub inputs: Vec<String>,
-    /// `motor_position.J`, `motor_velocity.J`, `joint_position.J`, `joint_velocity.J`, `joint_torque.J`: true
-    /// values, without errors of sensors.
+    /// `motor_position.J`, `motor_velocity.J`, `joint_position.J`, `joint_velocity.J`, `joint_torque.J`, as their
+    /// sensors show them.
     pub outputs: Vec<String>,
     /// ∂ẋ/∂x.
     pub A: Mat<f64>,
@@ -31,14 +34,27 @@ pub struct StateSpace {
     pub C: Mat<f64>,
     /// ∂y/∂u.
     pub D: Mat<f64>,
+    /// Dead time of each input, s.
+    pub input_delay: Vec<f64>,
+    /// How late each output is read, s.
+    pub output_delay: Vec<f64>,
+    /// Time between samples, s; none for continuous time.
+    pub sample_time: Option<f64>,
     /// Where it holds.
     pub at: Equilibrium,
+    /// The effects that are not linear over the amplitude of interest, and what stands for them.
+    pub described: Vec<Described>,
 }
 
-/// The linear model of `plant` with parameters `p` about rest with links at `q`, by exact derivatives.
-///
-/// Friction counts with its slope at rest: a smooth sign function holds a motor almost fast, as sticking friction
-/// does.
+/// How a plant is taken for linear.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Options {
+    /// What is done with effects that are not linear.
+    pub nonlinear: Nonlinear,
+}
+
+/// The linear model of `plant` with parameters `p` about rest with links at `q`, by exact derivatives; effects that
+/// are not linear over 0.01 rad at 10 Hz by their describing functions.
 ///
 /// # Errors
 /// If the plant cannot be driven, or its springs cannot carry the links there.
@@ -59,125 +75,82 @@ pub struct StateSpace {
 /// assert!((linear.B[(1, 0)] - 2.0).abs() < 1e-12);
 /// ```
 pub fn linearize(plant: &Plant, p: &[f64], q: &[f64]) -> Result<StateSpace, LinearError> {
-    plant.check_driven()?;
-    let at = Equilibrium::at(plant, p, q)?;
-    let layout = Layout::new(plant);
-    let (n, m) = (layout.len(), layout.nv);
-    let mut x = LinkState::zero(plant);
-    x.q.copy_from_slice(&at.q);
-    x.theta.copy_from_slice(&at.theta);
-    let mut dynamics = Dynamics::<Derivative>::new(plant, &constants(p));
-    let mut rates = Rates::new(plant);
-    let outputs = OUTPUTS.len() * m;
-    let (mut A, mut B) = (Mat::zeros(n, n), Mat::zeros(n, m));
-    let (mut C, mut D) = (Mat::zeros(outputs, n), Mat::zeros(outputs, m));
-    for chunk in chunks(n + m) {
-        let (mut state, mut tau) = (lift(&x), constants(&at.tau_m));
-        for (direction, k) in chunk.clone().enumerate() {
-            layout.seed(&mut state, &mut tau, k, direction);
-        }
-        dynamics.forward(&state, &tau, &mut rates);
-        let (rate, output) = (layout.rates(&state, &rates), layout.outputs(&state, &rates));
-        for (direction, k) in chunk.enumerate() {
-            let (into_rate, into_output, column) =
-                if k < n { (&mut A, &mut C, k) } else { (&mut B, &mut D, k - n) };
-            for (row, value) in rate.iter().enumerate() {
-                into_rate[(row, column)] = value.derivative[direction];
-            }
-            for (row, value) in output.iter().enumerate() {
-                into_output[(row, column)] = value.derivative[direction];
-            }
-        }
-    }
-    let joint = |dof: usize| plant.model().dof_name(dof);
-    let of_joints =
-        |quantity: &&str| (0..m).map(|dof| format!("{quantity}.{}", joint(dof))).collect::<Vec<_>>();
-    Ok(StateSpace {
-        states: layout.names(plant),
-        inputs: of_joints(&"motor_torque"),
-        outputs: OUTPUTS.iter().flat_map(of_joints).collect(),
-        A,
-        B,
-        C,
-        D,
-        at,
-    })
+    linearize_with(plant, p, q, &Options::default())
 }
 
-const OUTPUTS: [&str; 5] =
-    ["motor_position", "motor_velocity", "joint_position", "joint_velocity", "joint_torque"];
+/// [`linearize`] with another treatment of effects that are not linear.
+///
+/// # Errors
+/// As [`linearize`], and if such an effect is to be refused.
+///
+/// # Panics
+/// If `p` or `q` has the wrong length.
+pub fn linearize_with(
+    plant: &Plant,
+    p: &[f64],
+    q: &[f64],
+    options: &Options,
+) -> Result<StateSpace, LinearError> {
+    let mechanical = Mechanical::new(plant, p, q, options)?;
+    connect(plant, p, &mechanical)
+}
 
-/// The order of the states: positions of joints and elastic motors, their rates, own states.
+/// The linear model of the mechanics alone, from acting torques to true motion, before it is handed out.
 #[derive(Debug)]
-pub(crate) struct Layout {
-    pub nv: usize,
-    pub elastic: Vec<usize>,
-    nz: usize,
+pub(crate) struct Mechanical<'a> {
+    pub linearizer: Linearizer<'a>,
+    pub matrices: Matrices,
+    pub x: State<f64>,
+    pub at: Equilibrium,
+    pub described: Vec<Described>,
 }
 
-impl Layout {
-    pub fn new(plant: &Plant) -> Self {
-        let nv = plant.model().nv;
-        let elastic = (0..nv).filter(|&i| plant.elastic()[i]).collect();
-        Self { nv, elastic, nz: plant.state_len() }
-    }
-
-    /// Number of positions.
-    pub fn positions(&self) -> usize {
-        self.nv + self.elastic.len()
-    }
-
-    /// Names of the positions: `q.J`, `theta.J`.
-    pub fn coordinates(&self, plant: &Plant) -> Vec<String> {
-        let joint = |dof: usize| plant.model().dof_name(dof);
-        let links = (0..self.nv).map(|dof| format!("q.{}", joint(dof)));
-        links.chain(self.elastic.iter().map(|&dof| format!("theta.{}", joint(dof)))).collect()
-    }
-
-    fn len(&self) -> usize {
-        2 * self.positions() + self.nz
-    }
-
-    fn names(&self, plant: &Plant) -> Vec<String> {
-        let positions = self.coordinates(plant);
-        let rates = positions.iter().map(|name| name.replacen('.', "d.", 1));
-        let own = plant.effects().iter().flat_map(|active| {
-            let label = active.label();
-            (0..active.effect.states()).map(move |k| format!("z.{label}.{k}"))
-        });
-        positions.iter().cloned().chain(rates).chain(own).collect()
-    }
-
-    // Makes variable k (a state, or beyond them an input) the one of `direction`.
-    fn seed(&self, x: &mut LinkState<Derivative>, tau: &mut [Derivative], k: usize, direction: usize) {
-        let np = self.positions();
-        let (q, theta, k) = match k {
-            k if k < np => (&mut x.q, &mut x.theta, k),
-            k if k < 2 * np => (&mut x.qd, &mut x.thetad, k - np),
-            k if k < self.len() => return mark(&mut x.z[k - 2 * np], direction),
-            k => return mark(&mut tau[k - self.len()], direction),
+impl<'a> Mechanical<'a> {
+    pub fn new(plant: &'a Plant, p: &[f64], q: &[f64], options: &Options) -> Result<Self, LinearError> {
+        check(plant)?;
+        let at = Equilibrium::at(plant, p, q)?;
+        let mut x = State::zero(plant);
+        x.q.copy_from_slice(&at.q);
+        x.theta.copy_from_slice(&at.theta);
+        let found = match options.nonlinear {
+            Nonlinear::Slope => Vec::new(),
+            Nonlinear::Describe(amplitude) | Nonlinear::Refuse(amplitude) => {
+                describe(plant, p, &x, amplitude)
+            }
         };
-        if k >= self.nv {
-            return mark(&mut theta[self.elastic[k - self.nv]], direction);
+        if let (Nonlinear::Refuse(amplitude), false) = (options.nonlinear, found.is_empty()) {
+            return Err(LinearError::NotLinear {
+                robot: plant.model().name.clone(),
+                effects: found.into_iter().map(|(_, d)| d.effect).collect(),
+                size: amplitude.size,
+                frequency: amplitude.frequency,
+            });
         }
-        mark(&mut q[k], direction);
-        // A rigid joint's motor moves with it.
-        if !self.elastic.contains(&k) {
-            mark(&mut theta[k], direction);
-        }
-    }
-
-    fn rates(&self, x: &LinkState<Derivative>, rates: &Rates<Derivative>) -> Vec<Derivative> {
-        let motors = |of: &[Derivative]| self.elastic.iter().map(|&dof| of[dof]).collect::<Vec<_>>();
-        [x.qd.clone(), motors(&x.thetad), rates.qdd.clone(), motors(&rates.thetadd), rates.zd.clone()]
-            .concat()
-    }
-
-    fn outputs(&self, x: &LinkState<Derivative>, rates: &Rates<Derivative>) -> Vec<Derivative> {
-        [&x.theta[..], &x.thetad, &x.q, &x.qd, &rates.tau_j].concat()
+        let (indices, described): (Vec<usize>, Vec<Described>) = found.into_iter().unzip();
+        let gains = described.iter().flat_map(|d| d.gains.clone()).collect();
+        let mut linearizer = Linearizer::with_gains(plant, p, &indices, gains);
+        let matrices = linearizer.at(&x, &at.tau_m).clone();
+        Ok(Self { linearizer, matrices, x, at, described })
     }
 }
 
-fn mark(x: &mut Derivative, direction: usize) {
-    *x = Derivative::variable(x.value, direction);
+/// Refuses plants that have no linear model anywhere.
+pub(crate) fn check(plant: &Plant) -> Result<(), LinearError> {
+    plant.check_driven()?;
+    let follows = |v: &&VirtualJoint| v.following == Following::QuasiStatic;
+    match plant.virtual_joints().iter().find(follows) {
+        None => Ok(()),
+        Some(v) => Err(LinearError::WithoutInertia { link: plant.model().links[v.link.0].name.clone() }),
+    }
+}
+
+/// The names of outputs, quantity by quantity.
+pub(crate) fn output_names(plant: &Plant, driven: &[usize]) -> Vec<String> {
+    let of_joints = |quantity: &&str| of_joints(quantity, plant, driven);
+    OUTPUTS.iter().flat_map(of_joints).collect()
+}
+
+/// `quantity.J` of every driven joint.
+pub(crate) fn of_joints(quantity: &str, plant: &Plant, driven: &[usize]) -> Vec<String> {
+    driven.iter().map(|&dof| format!("{quantity}.{}", plant.model().dof_name(dof))).collect()
 }

@@ -22,6 +22,18 @@ impl Frame {
         Self { x, y, left, right, top, bottom }
     }
 
+    /// A frame whose axis across is by decades and whose other axis is as `up` makes it from bottom and top.
+    pub fn by_decades(
+        left_right: (f64, f64),
+        top_bottom: (f64, f64),
+        across: (f64, f64),
+        up: impl Fn(f64, f64) -> Scale,
+    ) -> Self {
+        let ((left, right), (top, bottom)) = (left_right, top_bottom);
+        let x = Scale::logarithmic(across.0, across.1, left, right);
+        Self { x, y: up(bottom, top), left, right, top, bottom }
+    }
+
     /// Grid, tick labels and names of the axes; an empty name leaves its tick labels out too.
     pub fn draw(&self, svg: &mut Svg, x_name: &str, y_name: &str) {
         for (value, label) in self.y.ticks(5) {

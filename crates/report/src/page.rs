@@ -5,6 +5,7 @@ use sinew_identify::{CandidateReport, Comparison, Fit, Refusal, SignalError};
 
 use crate::candidate_view::candidate_view;
 use crate::channel::{Channel, most_telling};
+use crate::drawing::STYLE;
 use crate::ladder_view::ladder_view;
 use crate::number::{number, quantity, with_std};
 use crate::regime_view::regime_view;
@@ -21,6 +22,7 @@ const TEMPLATE: &str = include_str!("page.html");
 /// error as a share of its signal. Lines are thinned to two points a pixel, and every peak stays.
 pub fn page(input: &ReportInput) -> String {
     let mut environment = Environment::new();
+    environment.add_template("drawing.css", STYLE).expect("the embedded style is well formed");
     environment.add_template("page.html", TEMPLATE).expect("the embedded template is well formed");
     let template = environment.get_template("page.html").expect("it was just added");
     template.render(contents(input)).expect("every name of the template is given")

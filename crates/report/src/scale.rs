@@ -9,24 +9,36 @@ pub(crate) struct Scale {
     high: f64,
     from: f64,
     to: f64,
-    logarithmic: bool,
+    kind: Kind,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Linear,
+    Logarithmic,
+    Degrees,
 }
 
 impl Scale {
     /// `low … high` onto `from … to`; an empty interval is widened.
     pub fn linear(low: f64, high: f64, from: f64, to: f64) -> Self {
         let (low, high) = if high > low { (low, high) } else { (low - 0.5, low + 0.5) };
-        Self { low, high, from, to, logarithmic: false }
+        Self { low, high, from, to, kind: Kind::Linear }
     }
 
     /// The same by decades; both values must be positive.
     pub fn logarithmic(low: f64, high: f64, from: f64, to: f64) -> Self {
-        Self { low, high: high.max(low * 1.001), from, to, logarithmic: true }
+        Self { low, high: high.max(low * 1.001), from, to, kind: Kind::Logarithmic }
+    }
+
+    /// Linear, with ticks at parts of a turn.
+    pub fn degrees(low: f64, high: f64, from: f64, to: f64) -> Self {
+        Self { kind: Kind::Degrees, ..Self::linear(low, high, from, to) }
     }
 
     /// The place of a value, kept inside the scale.
     pub fn at(&self, value: f64) -> f64 {
-        let share = if self.logarithmic {
+        let share = if self.kind == Kind::Logarithmic {
             (value.max(f64::MIN_POSITIVE) / self.low).ln() / (self.high / self.low).ln()
         } else {
             (value - self.low) / (self.high - self.low)
@@ -36,16 +48,31 @@ impl Scale {
 
     /// About `count` round values inside, with their labels.
     pub fn ticks(&self, count: usize) -> Vec<(f64, String)> {
-        let values = if self.logarithmic { self.decades(count) } else { self.steps(count) };
+        let values = match self.kind {
+            Kind::Linear => self.steps(count, &[1.0, 2.0, 5.0, 10.0]),
+            Kind::Logarithmic => self.decades(count),
+            Kind::Degrees => self.turns(count),
+        };
         values.into_iter().map(|v| (v, number(v).replace('-', "−"))).collect()
     }
 
-    // Steps of 1, 2 or 5 times a power of ten.
-    fn steps(&self, count: usize) -> Vec<f64> {
+    // Steps of some multiples of a power of ten.
+    fn steps(&self, count: usize, multiples: &[f64]) -> Vec<f64> {
         let rough = (self.high - self.low) / count.max(1) as f64;
         let power = 10f64.powf(rough.log10().floor());
-        let step = [1.0, 2.0, 5.0, 10.0].iter().map(|m| m * power).find(|s| *s >= rough * 0.999);
-        let step = step.unwrap_or(10.0 * power);
+        let step = multiples.iter().map(|m| m * power).find(|s| *s >= rough * 0.999);
+        self.multiples(step.unwrap_or(10.0 * power))
+    }
+
+    fn turns(&self, count: usize) -> Vec<f64> {
+        const PARTS: [f64; 8] = [1.0, 5.0, 15.0, 30.0, 45.0, 90.0, 180.0, 360.0];
+        let rough = (self.high - self.low) / count.max(1) as f64;
+        self.multiples(
+            PARTS.into_iter().find(|s| *s >= rough * 0.999).unwrap_or((rough / 360.0).ceil() * 360.0),
+        )
+    }
+
+    fn multiples(&self, step: f64) -> Vec<f64> {
         let (first, last) =
             ((self.low / step - 1e-9).ceil() as i64, (self.high / step + 1e-9).floor() as i64);
         (first..=last).map(|k| k as f64 * step).collect()
@@ -71,6 +98,7 @@ mod tests {
         let labels = |s: Scale| s.ticks(5).into_iter().map(|t| t.1).collect::<Vec<_>>();
         assert_eq!(labels(Scale::linear(-1.0, 1.0, 0.0, 1.0)), ["−1", "−0.5", "0", "0.5", "1"]);
         assert_eq!(labels(Scale::logarithmic(0.8, 30.0, 0.0, 1.0)), ["1", "2", "5", "10", "20"]);
+        assert_eq!(labels(Scale::degrees(-185.0, 95.0, 0.0, 1.0)), ["−180", "−90", "0", "90"]);
     }
 
     #[test]

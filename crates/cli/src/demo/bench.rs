@@ -57,7 +57,7 @@ pub(super) fn run(model: &Robot, name: &str, program: Program) -> Result<Run, Cl
     let duration = trajectory.joints[0].duration();
     let mut controller = Controller::new(&rigid, &rigid.parameters(), trajectory, BANDWIDTH);
     let mut options = Options::new(&truth, duration, PERIOD);
-    options.start = held_at(&robot, &sagged(&robot));
+    options.start = held_at(&robot, &truth, &sagged(&robot))?;
     options.quantities = vec![Quantity::MotorPosition, Quantity::MotorTorque, Quantity::JointPosition];
     options.noise = Noise::default()
         .with(Quantity::MotorPosition, 0.0, MOTOR_STEP)

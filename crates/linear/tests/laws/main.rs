@@ -1,6 +1,22 @@
-//! Laws of linear models and modes.
+//! Laws of linear models, modes, frequency responses, reduced and sampled models, stiffness.
+#![allow(non_snake_case)]
 
+mod along;
+mod bending;
+mod describing;
+mod export;
 mod lesson;
+#[path = "../../../../tests/tests/lesson_stiffness.rs"]
+mod lesson_stiffness_temporary;
+mod participation;
 mod planar_arm;
+mod reduction;
+mod reference;
 mod robots;
+mod sampling;
+mod stiffness;
+mod stiffness_base;
+mod stiffness_identify;
+mod stiffness_reference;
 mod symmetric;
+mod transfer;

@@ -5,7 +5,7 @@ use sinew_model::{Inertia, JointShape, JointSpec, ModelBuilder, Robot, Vector3};
 use crate::robots::modes_of;
 
 // `n` equal hanging links with elastic joints on one base.
-fn fingers(n: usize) -> Robot {
+pub fn fingers(n: usize) -> Robot {
     let mut builder = ModelBuilder::new("hand");
     builder.link("base", Inertia::default());
     let inertia =
