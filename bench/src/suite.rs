@@ -2,7 +2,7 @@
 
 use std::hint::black_box;
 
-use sinew_kinematics::{joint_axes_into, link_poses_into};
+use sinew_kinematics::{Axes, jacobian_batch_into, jacobian_into, joint_axes_into, link_poses_into};
 use sinew_model::samples::Random;
 use sinew_model::{Model, Pose};
 use sinew_rigid::*;
@@ -10,13 +10,13 @@ use sinew_rigid::*;
 use crate::timer::time;
 
 /// States that every measurement visits in turn.
-const STATES: usize = 128;
+pub const STATES: usize = 128;
 
 /// States of a robot, one after the other.
-struct States {
-    q: Vec<f64>,
-    qd: Vec<f64>,
-    x: Vec<f64>,
+pub struct States {
+    pub q: Vec<f64>,
+    pub qd: Vec<f64>,
+    pub x: Vec<f64>,
 }
 
 impl States {
@@ -34,6 +34,7 @@ pub fn time_all(model: &Model) {
     vectors(model, &states);
     matrices(model, &states);
     batches(model, &states);
+    crate::elastic::time_all(model, &states);
 }
 
 fn kinematics(model: &Model, states: &States) {
@@ -43,6 +44,10 @@ fn kinematics(model: &Model, states: &States) {
     let q = |i: usize| &states.q[i * model.nq..][..model.nq];
     let run = |name: &str, f: &mut dyn FnMut(usize)| time(&model.name, name, "sinew", STATES, 1, f);
     run("fk_q", &mut |i| link_poses_into(model, &mut ws, q(i), black_box(&mut poses)));
+    let (tip, mut J) = (model.last_link(), vec![0.0; 6 * model.nv]);
+    run("jacobian_frame_tip", &mut |i| {
+        jacobian_into(model, &mut ws, q(i), tip, Axes::Local, black_box(&mut J));
+    });
     if !model.has_mimic() {
         run("jacobians", &mut |i| joint_axes_into(model, &mut ws, q(i), black_box(&mut axes)));
     }
@@ -75,7 +80,9 @@ fn matrices(model: &Model, states: &States) {
     let q = |i: usize| &states.q[i * model.nq..][..model.nq];
     let (qd, x) = (|i: usize| &states.qd[i * nv..][..nv], |i: usize| &states.x[i * nv..][..nv]);
     let run = |name: &str, f: &mut dyn FnMut(usize)| time(&model.name, name, "sinew", STATES, 1, f);
-    run("crba_local", &mut |i| mass_matrix_into(model, &mut ws, q(i), black_box(&mut A)));
+    // the peers write the upper triangle only
+    run("crba_local", &mut |i| mass_matrix_upper_into(model, &mut ws, q(i), black_box(&mut A)));
+    run("crba_full", &mut |i| mass_matrix_into(model, &mut ws, q(i), black_box(&mut A)));
     run("minv", &mut |i| inverse_mass_matrix_into(model, &mut ws, q(i), black_box(&mut A)));
     run("coriolis", &mut |i| coriolis_matrix_into(model, &mut ws, q(i), qd(i), black_box(&mut A)));
     run("regressor", &mut |i| regressor_into(model, &mut ws, q(i), qd(i), x(i), black_box(&mut Y)));
@@ -96,5 +103,19 @@ fn batches(model: &Model, States { q, qd, x }: &States) {
     let run = |name: &str, f: &mut dyn FnMut(usize)| time(&model.name, name, "sinew-batch", 4, STATES, f);
     run("rnea", &mut |_| inverse_dynamics_batch_into(model, &mut ws, q, qd, x, black_box(&mut out)));
     run("aba_local", &mut |_| forward_dynamics_batch_into(model, &mut ws, q, qd, x, black_box(&mut out)));
-    run("crba_local", &mut |_| mass_matrix_batch_into(model, &mut ws, q, black_box(&mut M)));
+    run("crba_local", &mut |_| mass_matrix_upper_batch_into(model, &mut ws, q, black_box(&mut M)));
+    run("crba_full", &mut |_| mass_matrix_batch_into(model, &mut ws, q, black_box(&mut M)));
+    run("minv", &mut |_| inverse_mass_matrix_batch_into(model, &mut ws, q, black_box(&mut M)));
+    let (mut A, mut B) = (M.clone(), M.clone());
+    run("rnea_derivatives", &mut |_| {
+        let (A, B, M) = (black_box(&mut A), black_box(&mut B), black_box(&mut M));
+        inverse_dynamics_derivatives_batch_into(model, &mut ws, q, qd, x, A, B, M);
+    });
+    let mut Y = vec![0.0; STATES * nv * PARAMETERS * model.joints.len()];
+    run("regressor", &mut |_| regressor_batch_into(model, &mut ws, q, qd, x, black_box(&mut Y)));
+    let (tip, mut J) = (model.last_link(), vec![0.0; STATES * 6 * nv]);
+    let mut ws = sinew_kinematics::BatchWorkspace::new(model);
+    run("jacobian_frame_tip", &mut |_| {
+        jacobian_batch_into(model, &mut ws, q, tip, Axes::Local, black_box(&mut J));
+    });
 }

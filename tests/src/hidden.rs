@@ -38,13 +38,16 @@ impl Hidden {
 pub fn hidden_effects(arm: &Arm, dof: usize, size: f64) -> Vec<Hidden> {
     let joint = arm.robot.model.dof_name(dof).to_owned();
     let mut list = added_at_joint(arm, dof, &joint, size);
+    list.extend(coupled(arm, dof, &joint, size));
     list.extend(added_to_robot(arm, dof, size));
     list.extend(changed(arm, dof, &joint));
     list
 }
 
 // Keys that give a shape: they do not shrink with an effect's size.
-const SHAPES: [&str; 6] = [
+const SHAPES: [&str; 8] = [
+    "frequency",
+    "damping_ratio",
     "stribeck_velocity",
     "bristle_stiffness",
     "smoothing_velocity",
@@ -79,6 +82,7 @@ fn added_at_joint(arm: &Arm, dof: usize, joint: &str, size: f64) -> Vec<Hidden> 
         with("link_coulomb_friction", &[("coulomb", 0.5 * f), ("smoothing_velocity", 1e-3)]),
         with("stiffness_hardening", &[("cubic", 0.5 * k / (deflection * deflection))]),
         with("backlash", &[("half_width", 0.15 * deflection)]),
+        with("link_bending_mode", &[("inertia_share", 0.12), ("frequency", 9.0), ("damping_ratio", 0.03)]),
         with("transmission_hysteresis", &[("stiffness", 0.6 * f), ("yield_deflection", 0.1 * deflection)]),
         with(
             "transmission_error",
@@ -90,12 +94,26 @@ fn added_at_joint(arm: &Arm, dof: usize, joint: &str, size: f64) -> Vec<Hidden> 
         with("torque_constant_error", &[("scale_error", 0.2)]),
         with("actuator_lag", &[("time", 0.004)]),
         with("actuator_delay", &[("time", 0.005)]),
+        with("torque_saturation", &[("limit", 6.0 * f / (size * size))]),
         with("torque_sensor_offset", &[("offset", 2.0 * f)]),
         with("position_sensor_offset", &[("offset", 3e-3)]),
         with("position_sensor_scale", &[("scale_error", 0.01)]),
         with("time_skew", &[("time", 0.008)]),
         contact,
     ]
+}
+
+// The neighbour's drive acts at this joint too.
+fn coupled(arm: &Arm, dof: usize, joint: &str, size: f64) -> Option<Hidden> {
+    let neighbour = dof.checked_sub(1).unwrap_or(dof + 1);
+    if neighbour >= arm.robot.model.nv {
+        return None;
+    }
+    let effect = "joint_cross_coupling";
+    let spec = EffectSpec::new(effect, Place::Joint(joint.to_owned()))
+        .with("coupling", 0.1 * size)
+        .said("from", arm.robot.model.dof_name(neighbour));
+    Some(Hidden { effect, place: joint.to_owned(), dof, how: How::Added(spec) })
 }
 
 fn added_to_robot(arm: &Arm, dof: usize, size: f64) -> Vec<Hidden> {
@@ -112,6 +130,13 @@ fn added_to_robot(arm: &Arm, dof: usize, size: f64) -> Vec<Hidden> {
         let tilt =
             EffectSpec::new("base_tilt", Place::Robot).with("about_x", 0.0).with("about_y", size * 0.06);
         list.push(with("base_tilt", tilt));
+        // A base that leans by some thousandths of a degree under five times the joint's Coulomb torque, and swings at 11 Hz.
+        let soft = EffectSpec::new("base_compliance", Place::Robot)
+            .with("compliance", size * 5e-5 / (5.0 * arm.torque[dof]))
+            .with("frequency", 11.0)
+            .with("damping_ratio", 0.03)
+            .said("axis", "y");
+        list.push(with("base_compliance", soft));
     }
     list
 }

@@ -135,7 +135,7 @@ pub fn measure(arm: &Arm, case: &Case) -> Result<Vec<Run>, Outside> {
         .with(Quantity::JointPosition, 0.3 * LINK_STEP, LINK_STEP);
     noise.sensors.extend(arm.torque_noise.iter().enumerate().map(|(dof, &std)| SensorNoise {
         quantity: Quantity::MotorTorque,
-        joint: Some(truth.model().dof_name(dof).to_owned()),
+        joint: Some(case.model.model.dof_name(dof).to_owned()),
         std,
         resolution: 0.0,
     }));
@@ -145,7 +145,7 @@ pub fn measure(arm: &Arm, case: &Case) -> Result<Vec<Run>, Outside> {
         .enumerate()
         .map(|(k, reference)| {
             let duration = reference.joints.iter().map(Motion::duration).fold(0.0, f64::max);
-            let start: Vec<f64> = (0..truth.model().nv).map(|d| reference.at(d, 0.0).position).collect();
+            let start: Vec<f64> = (0..case.model.model.nv).map(|d| reference.at(d, 0.0).position).collect();
             let mut options = Simulation::new(&truth, duration, 1e-3);
             options.start = Start::balanced(&truth, &parameters, &start)?;
             options.quantities = vec![Quantity::MotorPosition, Quantity::MotorTorque];

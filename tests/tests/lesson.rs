@@ -9,12 +9,12 @@ use core::f64::consts::PI;
 use sinew_data::Quantity;
 use sinew_effect::Derivative;
 use sinew_effects::CATALOGUE;
-use sinew_flex_joint::ElasticJoints;
+use sinew_flex_joint::{Deflection, ElasticJoints, PassivityAudit, Sample, Scratch, SpinInertia, Workspace};
 use sinew_kinematics::{Axes, compliance, jacobian};
 use sinew_linear::{Mode, modes};
-use sinew_model::samples::{Random, hanging_link};
+use sinew_model::samples::{Random, hanging_link, planar_arm};
 use sinew_model::{
-    EffectSpec, Inertia, JointShape, JointSpec, ModelBuilder, Place, Pose, Robot, Scalar, Vector3,
+    Dual, EffectSpec, Inertia, JointShape, JointSpec, ModelBuilder, Place, Pose, Robot, Scalar, Vector3,
 };
 use sinew_plant::{Dynamics, Plant, Rates, State};
 use sinew_simulate::{Options, Torques, simulate};
@@ -185,6 +185,96 @@ fn section_3_the_elastic_torque_drives_the_link_and_holds_the_motor_back() {
     near(J_M * rates.thetadd[0], -rates.tau_j[0], ALGEBRA * 1e3);
 }
 
+#[test]
+fn section_2_1_the_linear_model_has_the_matrices_of_the_lesson() {
+    // M z̈ + K z = 0,   z = (q, θ):   A = [0 1; −M⁻¹K 0] with K = [m g ℓ + k, −k; −k, k]
+    let joint = ElasticJoints::new(&lossless(Some(K), J_M)).unwrap();
+    for (q, gravity) in [(0.0, WEIGHT), (PI, -WEIGHT)] {
+        let (A, B) = joint.linearize(&[q, q, 0.0, 0.0], &[0.0]);
+        let want = [[-(gravity + K) / J_L, K / J_L], [K / J_M, -K / J_M]];
+        for (row, column) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            near(A[(row, column)], if row + 2 == column { 1.0 } else { 0.0 }, 0.0);
+            near(A[(row + 2, column)], want[row][column], 1e4 * ALGEBRA);
+            near(A[(row, column + 2)], if row == column { 1.0 } else { 0.0 }, 0.0);
+            near(A[(row + 2, column + 2)], 0.0, 0.0);
+        }
+        assert_eq!(B.as_slice(), [0.0, 0.0, 0.0, 1.0 / J_M]);
+    }
+}
+
+// A chain of three such joints, the middle one rigid, with rotors geared 1:20.
+fn chain(damping: f64) -> Robot {
+    let mut robot = Robot::rigid(planar_arm(3, 1.5, 0.4));
+    for (k, joint) in robot.joints.iter_mut().enumerate() {
+        (joint.rotor_inertia, joint.gear_ratio) = (0.05 + 0.01 * k as f64, Some(20.0));
+        (joint.stiffness, joint.damping) = ((k != 1).then_some(120.0), damping);
+    }
+    robot
+}
+
+#[test]
+fn section_3_the_state_space_form_solves_both_equations() {
+    // M q̈ + C q̇ + g = τ_j,   J_m θ̈ + τ_j = τ_m,   τ_j = K (θ − q) + D (θ̇ − q̇)
+    let robot = chain(0.5);
+    let joints = ElasticJoints::new(&robot).unwrap();
+    let mut random = Random::new(3);
+    for _ in 0..20 {
+        // x = (q, θ of elastic joints, q̇, θ̇ of elastic joints)
+        let (x, tau_m) = (random.vector(10), random.vector(3));
+        let rate = joints.state_rate(&x, &tau_m);
+        let (q, qd, qdd) = (&x[..3], &x[5..8], &rate.as_slice()[5..8]);
+        assert_eq!((&rate.as_slice()[..3], &rate.as_slice()[3..5]), (qd, &x[8..]));
+        let link = sinew_rigid::inverse_dynamics(&robot.model, q, qd, qdd);
+        for (k, motor) in [(0, 0), (2, 1)] {
+            let spring = 120.0 * (x[3 + motor] - q[k]) + 0.5 * (x[8 + motor] - qd[k]);
+            near(link[k], spring, 1e4 * ALGEBRA);
+            near(joints.rotor_inertia()[k] * rate[8 + motor] + spring, tau_m[k], 1e3 * ALGEBRA);
+        }
+        near(link[1] + joints.rotor_inertia()[1] * qdd[1], tau_m[1], 1e4 * ALGEBRA);
+    }
+}
+
+#[test]
+fn section_3_the_complete_model_keeps_the_coupling_that_the_reduced_one_drops() {
+    let robot = chain(0.5);
+    let [reduced, complete] = [
+        ElasticJoints::new(&robot).unwrap(),
+        ElasticJoints::complete(&robot, SpinInertia::BesideLinks).unwrap(),
+    ];
+    let q = [0.3, -0.4, 0.9];
+    assert!(reduced.rotor_coupling(&q).amax() == 0.0);
+    // The third joint's rotor turns with both links before it: S = B/N in rows 1 and 2; the first one's with none.
+    let S = complete.rotor_coupling(&q);
+    for (row, column) in (0..3).flat_map(|row| (0..3).map(move |column| (row, column))) {
+        near(S[(row, column)], if row < 2 && column == 2 { 0.07 / 20.0 } else { 0.0 }, ALGEBRA);
+    }
+    // M = links + S B⁻¹ Sᵀ + rotors of rigid joints
+    let coupled = complete.link_mass_matrix(&q) - reduced.link_mass_matrix(&q);
+    near(coupled[(0, 1)], 0.07 / 400.0, ALGEBRA);
+    // A rotor that speeds up pushes its links back: at rest, without gravity, S θ̈ is what they feel.
+    let still = weightless(robot);
+    let complete = ElasticJoints::complete(&still, SpinInertia::BesideLinks).unwrap();
+    let o = [0.0; 3];
+    let (qdd, thetadd) = complete.forward_dynamics(&q, &o, &q, &o, &[0.0, 0.0, 1.0]);
+    let felt = complete.link_mass_matrix(&q) * &qdd + complete.rotor_coupling(&q) * &thetadd;
+    assert!(felt.amax() < ALGEBRA && qdd.amax() > 1e-3, "{felt} {qdd}");
+    let motor = (complete.rotor_coupling(&q).transpose() * &qdd)[2] + 0.07 * thetadd[2];
+    near(motor, 1.0, ALGEBRA);
+}
+
+#[test]
+fn section_3_a_link_follows_a_motion_of_which_four_derivatives_are_known() {
+    // One joint: τ_m = τ_j + J_m (q̈ + τ̈_j/k),   τ_j = J_ℓ q̈ + m g ℓ sin q
+    let joint = ElasticJoints::new(&lossless(Some(K), J_M)).unwrap();
+    for [q, v, a, j, s] in states() {
+        let motor = joint.inverse_dynamics([&[q], &[v], &[a], &[j], &[s]], Deflection::Settled).unwrap();
+        let torque = J_L * a + WEIGHT * q.sin();
+        let second = J_L * s + WEIGHT * (a * q.cos() - v * v * q.sin());
+        near(motor.theta[0], q + torque / K, 1e2 * ALGEBRA);
+        near(motor.tau_m[0], torque + J_M * (a + second / K), 1e2 * ALGEBRA);
+    }
+}
+
 // dH/dt along the motion: the state with its rates as derivatives.
 fn energy_rate(plant: &Plant, [q, qd, theta, thetad, tau_m]: [f64; 5]) -> f64 {
     let p = plant.parameters();
@@ -234,6 +324,62 @@ fn section_3_1_motor_work_covers_the_energy_gained_along_a_run() {
     let mut torque = Torques::constant(&[TAU_0]);
     let audit = simulate(&plant, &plant.parameters(), &mut torque, &options).unwrap().audit;
     assert!(audit.dissipated > 0.0 && audit.worst_defect < 1e-9, "{audit:?}");
+}
+
+#[test]
+fn section_3_1_chains_of_both_models_keep_their_energy_or_lose_it_to_the_dampers() {
+    let mut random = Random::new(31);
+    for damping in [0.0, 0.5].into_iter().cycle().take(20) {
+        let robot = chain(damping);
+        let complete = ElasticJoints::complete(&robot, SpinInertia::BesideLinks).unwrap();
+        for joints in [ElasticJoints::new(&robot).unwrap(), complete] {
+            let [q, qd, theta, thetad] = [(); 4].map(|()| random.vector(3));
+            let (qdd, thetadd) = joints.forward_dynamics(&q, &qd, &theta, &thetad, &[0.0; 3]);
+            let moving = |x: &[f64], rate: &[f64]| -> Vec<Dual<1>> {
+                x.iter().zip(rate).map(|(&value, &rate)| Dual { value, derivative: [rate] }).collect()
+            };
+            let (q, theta) = (moving(&q, &qd), moving(&theta, &thetad));
+            let rates = (moving(&qd, qdd.as_slice()), moving(&thetad, thetadd.as_slice()));
+            let H = joints.energy_with(&mut Scratch::new(&joints), &q, &rates.0, &theta, &rates.1);
+            // Ḣ = −(θ̇ − q̇)ᵀ D (θ̇ − q̇)
+            let slip: f64 = [0, 2].map(|k| (thetad[k] - qd[k]).powi(2)).iter().sum();
+            near(H.derivative[0], -damping * slip, 1e4 * ALGEBRA);
+        }
+    }
+}
+
+#[test]
+fn section_3_1_the_books_of_a_chain_balance_along_a_run() {
+    // ∫ τ_mᵀ θ̇ dt ≥ H(t) − H(0), of the complete model by Runge and Kutta's steps
+    let joints = ElasticJoints::complete(&chain(0.5), SpinInertia::BesideLinks).unwrap();
+    let (mut x, tau_m, h) = (vec![0.0; 10], [2.0, -1.0, 0.5], 2e-4);
+    let parts = |x: &[f64]| {
+        let motors = |x: &[f64]| vec![x[0], 0.0, x[1]];
+        [x[..3].to_vec(), x[5..8].to_vec(), motors(&x[3..5]), motors(&x[8..])]
+    };
+    let sample = |x: &[Vec<f64>; 4], audit: &mut dyn FnMut(&Sample)| {
+        audit(&Sample { q: &x[0], qd: &x[1], theta: &x[2], thetad: &x[3], tau_m: &tau_m });
+    };
+    let mut ws = Workspace::new(&joints);
+    let mut books = None;
+    sample(&parts(&x), &mut |at| books = Some(PassivityAudit::new(&joints, at)));
+    let mut books = books.unwrap();
+    let plus =
+        |x: &[f64], k: &[f64], h: f64| -> Vec<f64> { x.iter().zip(k).map(|(x, k)| x + h * k).collect() };
+    for _ in 0..5000 {
+        let before = parts(&x);
+        let a = joints.state_rate(&x, &tau_m);
+        let b = joints.state_rate(&plus(&x, a.as_slice(), h / 2.0), &tau_m);
+        let c = joints.state_rate(&plus(&x, b.as_slice(), h / 2.0), &tau_m);
+        let d = joints.state_rate(&plus(&x, c.as_slice(), h), &tau_m);
+        let mean = (a + (b + c) * 2.0 + d) / 6.0;
+        x = plus(&x, mean.as_slice(), h);
+        sample(&before, &mut |from| {
+            sample(&parts(&x), &mut |to| books.advance(&joints, &mut ws, h, from, to))
+        });
+    }
+    assert!(books.lost > 1e-3 && books.worst_margin > -1e-9, "{books:?}");
+    assert!(books.worst_defect < 1e-7, "{books:?}");
 }
 
 // Two turning joints whose tool stands above the first one, a metre from the second: rows [turn; rise] of its

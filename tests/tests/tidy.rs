@@ -19,7 +19,7 @@ const EFFECTS: [&str; 3] = ["flex-joint", "flex-link", "effects"];
 /// Crates that must know no particular effect.
 const IGNORANT: [&str; 4] = ["plant", "linear", "simulate", "identify"];
 /// Crates that build in seconds and open no file, and all that they may depend on besides lower rows.
-const LIGHT: [&str; 4] = ["model", "kinematics", "rigid", "flex-joint"];
+const LIGHT: [&str; 5] = ["model", "kinematics", "rigid", "flex-joint", "flex-link"];
 const LIGHT_LIBRARIES: [&str; 3] = ["nalgebra", "thiserror", "libm"];
 /// Crates that read and write files.
 const ON_DISK: [&str; 3] = ["urdf", "data", "cli"];
