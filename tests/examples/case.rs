@@ -1,11 +1,11 @@
 //! Diagnoses one case of the suite and prints everything.
 //!
 //! ```text
-//! cargo run --release -p sinew-tests --example case -- 1|2|6 EFFECT|nothing SEED [full|motor [fine|coarse [SIZE [imposed|innovation]]]]
+//! cargo run --release -p sinew-tests --example case -- 1|2|6 EFFECT[+EFFECT]|CAUSE|nothing SEED [full|motor [fine|coarse [SIZE [imposed|innovation]]]]
 //! ```
 
 use sinew_identify::{Options, Residual};
-use sinew_tests::{Arm, Case, Conditions, hidden_effects, judge};
+use sinew_tests::{Arm, Case, Conditions, foreign_causes, hidden_effects, judge, null_case};
 
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -16,15 +16,20 @@ fn main() {
         args.len(),
     ) else {
         return eprintln!(
-            "usage: case 1|2|6 EFFECT|nothing SEED [full|motor [fine|coarse [SIZE [imposed|innovation]]]]"
+            "usage: case 1|2|6 EFFECT[+EFFECT]|CAUSE|nothing SEED [full|motor [fine|coarse [SIZE [imposed|innovation]]]]"
         );
     };
     let Ok(seed) = args[2].parse::<u64>() else { return eprintln!("SEED: a whole number") };
     let size = args.get(5).and_then(|a| a.parse().ok()).unwrap_or(1.0);
     let dof = seed as usize % arm.robot.model.nv;
     let all = hidden_effects(&arm, dof, size);
-    let hidden = all.iter().find(|h| h.effect == args[1]);
-    let case = Case::new(&arm, hidden, conditions, if hidden.is_some() { seed } else { 100_000 + seed });
+    // One effect, several joined by +, a cause from outside the catalogue, or nothing.
+    let hidden: Vec<_> = args[1].split('+').filter_map(|e| all.iter().find(|h| h.effect == e)).collect();
+    let case = match foreign_causes(&arm, dof, size).iter().find(|f| f.name == args[1]) {
+        Some(cause) => Case::foreign(&arm, cause, dof, conditions, seed),
+        None if hidden.is_empty() => null_case(&arm, conditions, 100_000 + seed),
+        None => Case::new(&arm, &hidden, conditions, seed),
+    };
     let residual = std::env::args().find_map(|a| match a.as_str() {
         "imposed" => Some(Residual::Imposed),
         "innovation" => Some(Residual::Innovation),

@@ -1,34 +1,69 @@
-//! Prints the recognition tables: effects hidden in turn, and nothing hidden.
+//! Prints the recognition tables: effects hidden in turn, in pairs, causes from outside the catalogue, and nothing.
 //!
 //! ```text
-//! cargo run --release -p sinew-tests --example recognition -- effects|nothing [KEY=VALUE…]
+//! cargo run --release -p sinew-tests --example recognition -- effects|pairs|foreign|nothing [KEY=VALUE…]
 //!     seeds=FIRST..END   arms=1,2,6   sensors=full,motor   encoders=fine,coarse   sizes=1,0.3   only=EFFECT
+//!     into=docs/recognition.md   as=NAME      the tables go between <!-- NAME --> and <!-- /NAME --> of that page
 //! ```
+
+use std::fmt::Write;
+use std::ops::Range;
 
 use rayon::prelude::*;
 
+use sinew_effects::CATALOGUE;
 use sinew_identify::{Options, Verdict};
-use sinew_tests::{Arm, Case, Conditions, Outcome, confusion, hidden_effects, judge, null_case};
+use sinew_simulate::Stream;
+use sinew_tests::{
+    Arm, Case, Conditions, Hidden, Outcome, confusion, foreign_causes, hidden_effects, judge, null_case,
+};
 
-fn main() {
+type Failure = Box<dyn std::error::Error>;
+
+fn main() -> Result<(), Failure> {
     let args: Vec<String> = std::env::args().skip(1).collect();
-    let part = args.first().map_or("effects", String::as_str);
-    match (part, Population::asked(args.get(1..).unwrap_or_default())) {
-        ("effects", Some(population)) => effects(&population),
-        ("nothing", Some(population)) => nothing(&population),
-        _ => eprintln!(
-            "usage: recognition effects|nothing [seeds=0..3] [arms=1,2,6] [sensors=full,motor] [encoders=fine,coarse] [sizes=1] [only=EFFECT]"
-        ),
+    let asked = args.first().map(String::as_str).unwrap_or_default();
+    let part = PARTS.iter().find(|(name, ..)| *name == asked);
+    let (Some((name, draw, print)), Some(population)) =
+        (part, Population::asked(args.get(1..).unwrap_or(&[])))
+    else {
+        return Err("usage: recognition effects|pairs|foreign|nothing [seeds=0..3] [arms=1,2,6] [sensors=full,motor] [encoders=fine,coarse] [sizes=1] [only=EFFECT] [into=PAGE [as=NAME]]".into());
+    };
+    let tables = population.tables(&args, *draw, *print);
+    println!("{tables}");
+    if let Some(page) = &population.into {
+        insert(page, population.name.as_deref().unwrap_or(name), &tables)?;
     }
+    Ok(())
 }
+
+type Draw = fn(&Population, &Arm, Conditions) -> Vec<Case>;
+type Print = fn(&[Judged]) -> String;
+
+/// The parts of the suite: their cases, and what is printed of them.
+const PARTS: [(&str, Draw, Print); 4] = [
+    ("effects", single, strata),
+    ("pairs", pairs, both),
+    ("foreign", foreign, names),
+    ("nothing", nothing, alarms),
+];
 
 // What is drawn: every combination of these.
 struct Population {
-    seeds: std::ops::Range<u64>,
+    seeds: Range<u64>,
     arms: Vec<Arm>,
     conditions: Vec<(String, Conditions)>,
     sizes: Vec<f64>,
     only: Option<String>,
+    into: Option<String>,
+    name: Option<String>,
+}
+
+// A case with its answer.
+struct Judged {
+    case: Case,
+    outcome: Outcome,
+    group: String,
 }
 
 impl Population {
@@ -46,7 +81,7 @@ impl Population {
         let mut conditions = Vec::new();
         for sensors in words("sensors", "full") {
             for encoder in words("encoders", "fine") {
-                conditions.push((format!("{sensors} {encoder}"), Conditions::named(&sensors, &encoder)?));
+                conditions.push((format!("{sensors}, {encoder}"), Conditions::named(&sensors, &encoder)?));
             }
         }
         Some(Self {
@@ -55,110 +90,226 @@ impl Population {
             conditions,
             sizes: words("sizes", "1").iter().map(|s| s.parse().ok()).collect::<Option<_>>()?,
             only: word("only").map(str::to_owned),
+            into: word("into").map(str::to_owned),
+            name: word("as").map(str::to_owned),
         })
     }
 
-    // Cases of one arm and one set of sensors.
-    fn cases(&self, arm: &Arm, conditions: Conditions) -> Vec<Case> {
-        let mut cases = Vec::new();
-        for seed in self.seeds.clone() {
-            let dof = seed as usize % arm.robot.model.nv;
-            for &size in &self.sizes {
-                let all = hidden_effects(arm, dof, size).into_iter();
-                let seen = all.filter(|h| conditions.link_encoders || !h.needs_link_encoder());
-                let wanted = seen.filter(|h| self.only.as_ref().is_none_or(|o| h.effect == o));
-                cases.extend(wanted.map(|h| Case::new(arm, Some(&h), conditions, seed)));
+    // Judges all and prints them; a line for each case goes to standard error as it ends.
+    fn tables(&self, args: &[String], draw: Draw, print: Print) -> String {
+        let mut judged = Vec::new();
+        for arm in &self.arms {
+            for (conditions, sensors) in &self.conditions {
+                let group = format!("{}, {conditions}", arm.robot.model.name.replace('_', " "));
+                let cases = draw(self, arm, *sensors);
+                let outcomes: Vec<Outcome> = cases.par_iter().map(|case| ask(arm, case)).collect();
+                let pairs = cases.into_iter().zip(outcomes);
+                judged.extend(pairs.map(|(case, outcome)| Judged { case, outcome, group: group.clone() }));
             }
         }
-        cases
+        let asked: Vec<&str> = args
+            .iter()
+            .map(String::as_str)
+            .filter(|a| !a.starts_with("into") && !a.starts_with("as="))
+            .collect();
+        let mut text = format!("`recognition -- {}`\n\n", asked.join(" "));
+        text += &print(&judged);
+        text
+    }
+
+    // The effects that this part may hide.
+    fn hidden(&self, arm: &Arm, dof: usize, size: f64, conditions: Conditions) -> Vec<Hidden> {
+        let all = hidden_effects(arm, dof, size).into_iter();
+        let seen = all.filter(|h| conditions.link_encoders || !h.needs_link_encoder());
+        seen.filter(|h| self.only.as_ref().is_none_or(|o| h.effect == o)).collect()
+    }
+
+    // Every seed with its joint and every size.
+    fn draws(&self, arm: &Arm) -> Vec<(u64, usize, f64)> {
+        let joints = arm.robot.model.nv;
+        self.seeds
+            .clone()
+            .flat_map(|s| self.sizes.iter().map(move |&z| (s, s as usize % joints, z)))
+            .collect()
     }
 }
 
-// Contribution in units of filtered noise: below it the right answer may be "adequate", and above it in two strata.
-const STRATA: [(f64, &str); 4] = [(0.0, "rho < 0.3"), (0.3, "0.3-1"), (1.0, "1-3"), (3.0, "> 3")];
-
-fn stratum(contribution: f64) -> usize {
-    STRATA.iter().rposition(|(least, _)| contribution >= *least).unwrap_or(0)
-}
-
-fn effects(population: &Population) {
-    let mut all = Vec::new();
-    let mut strata = [(0, 0, 0); STRATA.len()];
-    for arm in &population.arms {
-        for (name, conditions) in &population.conditions {
-            let cases = population.cases(arm, *conditions);
-            let outcomes = run(arm, &cases);
-            let right = outcomes.iter().zip(&cases).filter(|(o, c)| c.is_right(o));
-            let extra = right.clone().filter(|(o, _)| o.accepted.len() > 1).count();
-            println!(
-                "{} {name}: right effect at the right joint first {} of {}, {extra} of them with an extra effect",
-                arm.robot.model.name,
-                right.count(),
-                cases.len()
-            );
-            for (case, outcome) in cases.iter().zip(&outcomes) {
-                let row = &mut strata[stratum(outcome.contribution)];
-                row.0 += 1;
-                row.1 += usize::from(case.is_right(outcome));
-                row.2 += usize::from(case.is_right(outcome) && outcome.accepted.len() > 1);
-                if !case.is_right(outcome) || outcome.accepted.len() > 1 {
-                    println!(
-                        "  seed {} {:?} rho {:.2} → {} {:?} rivals {:?}",
-                        case.seed,
-                        case.hidden,
-                        outcome.contribution,
-                        outcome.verdict,
-                        outcome.accepted,
-                        outcome.rivals
-                    );
-                }
-            }
-            all.extend(outcomes);
-        }
-    }
-    for ((_, name), (cases, right, extra)) in STRATA.iter().zip(strata) {
-        println!("{name:10} {right} of {cases} right, {extra} of them with an extra effect");
-    }
-    for (hidden, row) in confusion(&all) {
-        let named: Vec<String> = row.iter().map(|(name, count)| format!("{name} {count}")).collect();
-        println!("{hidden:32} {}", named.join(", "));
-    }
-}
-
-fn nothing(population: &Population) {
-    for arm in &population.arms {
-        for (name, conditions) in &population.conditions {
-            let seeds = population.seeds.clone().map(|seed| 100_000 + seed);
-            let cases: Vec<Case> = seeds.map(|seed| null_case(arm, *conditions, seed)).collect();
-            let outcomes = run(arm, &cases);
-            let alarms = outcomes.iter().filter(|o| o.verdict != Verdict::Adequate).count();
-            println!("{} {name}: nothing hidden, {alarms} alarms in {}", arm.robot.model.name, cases.len());
-            for (case, outcome) in cases.iter().zip(&outcomes).filter(|(_, o)| o.verdict != Verdict::Adequate)
-            {
-                println!("  seed {} → {} {:?}", case.seed, outcome.verdict, outcome.accepted);
-            }
-        }
-    }
-}
-
-fn run(arm: &Arm, cases: &[Case]) -> Vec<Outcome> {
-    let options = Options::default();
-    cases
-        .par_iter()
-        .map(|case| match judge(arm, case, &options) {
-            Ok((outcome, _)) => outcome,
-            // A case that fails is a miss.
-            Err(error) => {
-                eprintln!("seed {} {:?}: {error}", case.seed, case.hidden);
-                Outcome {
-                    hidden: case.hidden.clone(),
-                    verdict: Verdict::Undecidable,
-                    first: None,
-                    contribution: 0.0,
-                    accepted: Vec::new(),
-                    rivals: Vec::new(),
-                }
-            }
+fn single(population: &Population, arm: &Arm, conditions: Conditions) -> Vec<Case> {
+    let draws = population.draws(arm).into_iter();
+    draws
+        .flat_map(|(seed, dof, size)| {
+            let hidden = population.hidden(arm, dof, size, conditions);
+            hidden.iter().map(|h| Case::new(arm, &[h], conditions, seed)).collect::<Vec<_>>()
         })
         .collect()
+}
+
+// Two different effects at random joints, a pair for each seed; twins that no motion separates are not drawn.
+fn pairs(population: &Population, arm: &Arm, conditions: Conditions) -> Vec<Case> {
+    let draws = population.draws(arm).into_iter();
+    draws
+        .map(|(seed, _, size)| {
+            let random = Stream::new(seed, "pair");
+            let pick = |k: u64, n: usize| ((random.uniform(k) * n as f64) as usize).min(n - 1);
+            let mut drawn = (0..).map(|k| {
+                let one = |k: u64| {
+                    let mut all = population.hidden(arm, pick(4 * k, arm.robot.model.nv), size, conditions);
+                    all.swap_remove(pick(4 * k + 1, all.len()))
+                };
+                (one(2 * k), one(2 * k + 1))
+            });
+            let (a, b) = drawn.find(|(a, b)| !are_twins(a.effect, b.effect)).expect("the draws do not end");
+            Case::new(arm, &[&a, &b], conditions, seed)
+        })
+        .collect()
+}
+
+fn are_twins(a: &str, b: &str) -> bool {
+    let says = |of: &str, other: &str| {
+        let card = CATALOGUE.find(of).map(|e| e.card);
+        card.is_some_and(|c| c.rivals.iter().any(|r| r.structural && r.name == other))
+    };
+    a == b || says(a, b) || says(b, a)
+}
+
+fn foreign(population: &Population, arm: &Arm, conditions: Conditions) -> Vec<Case> {
+    let draws = population.draws(arm).into_iter();
+    draws
+        .flat_map(|(seed, dof, size)| {
+            let causes = foreign_causes(arm, dof, size);
+            let wanted = causes.iter().filter(|c| population.only.as_ref().is_none_or(|o| c.name == o));
+            wanted.map(|c| Case::foreign(arm, c, dof, conditions, seed)).collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+fn nothing(population: &Population, arm: &Arm, conditions: Conditions) -> Vec<Case> {
+    population.seeds.clone().map(|seed| null_case(arm, conditions, 100_000 + seed)).collect()
+}
+
+// A case that fails is a miss.
+fn ask(arm: &Arm, case: &Case) -> Outcome {
+    let outcome = judge(arm, case, &Options::default()).map(|(outcome, _)| outcome).unwrap_or_else(|error| {
+        eprintln!("seed {} {:?}: {error}", case.seed, case.hidden);
+        Outcome {
+            hidden: case.hidden.clone(),
+            verdict: Verdict::Undecidable,
+            first: None,
+            contribution: 0.0,
+            accepted: Vec::new(),
+            rivals: Vec::new(),
+        }
+    });
+    let mark = if case.is_right(&outcome) { ' ' } else { '!' };
+    eprintln!(
+        "{mark} {} seed {} {:?} rho {:.2} → {} {:?} {:?}",
+        arm.robot.model.name,
+        case.seed,
+        case.hidden,
+        outcome.contribution,
+        outcome.verdict,
+        outcome.first,
+        outcome.accepted
+    );
+    outcome
+}
+
+// Groups in the order in which they were drawn.
+fn groups(judged: &[Judged]) -> Vec<(&str, Vec<&Judged>)> {
+    let mut groups: Vec<(&str, Vec<&Judged>)> = Vec::new();
+    for j in judged {
+        match groups.iter_mut().find(|(name, _)| *name == j.group) {
+            Some((_, rows)) => rows.push(j),
+            None => groups.push((&j.group, vec![j])),
+        }
+    }
+    groups
+}
+
+// Contribution in units of filtered noise: below 0.3 the right answer may be "adequate".
+const STRATA: [(f64, f64, &str); 4] =
+    [(0.0, 0.3, "below 0.3"), (0.3, 1.0, "0.3 to 1"), (1.0, 3.0, "1 to 3"), (3.0, f64::INFINITY, "above 3")];
+
+fn strata(judged: &[Judged]) -> String {
+    let right = |rows: &[&Judged]| {
+        let right: Vec<_> = rows.iter().filter(|j| j.case.is_right(&j.outcome)).collect();
+        let extra = right.iter().filter(|j| j.outcome.accepted.len() > 1).count();
+        format!("{} of {} | {extra}", right.len(), rows.len())
+    };
+    let mut text = String::from("| cases | right first | of them with an extra effect |\n|---|---|---|\n");
+    for (group, rows) in groups(judged) {
+        let _ = writeln!(text, "| {group} | {} |", right(&rows));
+    }
+    for (least, most, name) in STRATA {
+        let inside = |j: &&Judged| (least..most).contains(&j.outcome.contribution);
+        let rows: Vec<&Judged> = judged.iter().filter(inside).collect();
+        let _ = writeln!(text, "| ρ {name} | {} |", right(&rows));
+    }
+    let seen: Vec<&Judged> = judged.iter().filter(|j| j.outcome.contribution >= 0.3).collect();
+    let _ = writeln!(text, "| ρ of 0.3 and more | {} |", right(&seen));
+    text + &matrix(judged)
+}
+
+fn both(judged: &[Judged]) -> String {
+    let mut text =
+        String::from("| cases | both found | one first | neither | `adequate` |\n|---|---|---|---|---|\n");
+    for (group, rows) in groups(judged) {
+        let count = |f: fn(&&&Judged) -> bool| rows.iter().filter(f).count();
+        let complete = count(|j| j.case.is_complete(&j.outcome));
+        let first = count(|j| j.case.is_right(&j.outcome) && !j.case.is_complete(&j.outcome));
+        let adequate = count(|j| j.outcome.verdict == Verdict::Adequate);
+        let neither = rows.len() - complete - first - adequate;
+        let _ =
+            writeln!(text, "| {group} | {complete} of {} | {first} | {neither} | {adequate} |", rows.len());
+    }
+    text
+}
+
+// A name of which the diagnosis is sure.
+const SURE: f64 = 0.8;
+
+fn names(judged: &[Judged]) -> String {
+    let mut text = String::from(
+        "| cases | named with P ≥ 0.8 | named with less | `adequate` | no name |\n|---|---|---|---|---|\n",
+    );
+    for (group, rows) in groups(judged) {
+        let sure = rows.iter().filter(|j| j.outcome.first.as_ref().is_some_and(|f| f.2 >= SURE)).count();
+        let named = rows.iter().filter(|j| j.outcome.first.is_some()).count();
+        let adequate = rows.iter().filter(|j| j.outcome.verdict == Verdict::Adequate).count();
+        let rest = rows.len() - named - adequate;
+        let _ =
+            writeln!(text, "| {group} | {sure} of {} | {} | {adequate} | {rest} |", rows.len(), named - sure);
+    }
+    text + &matrix(judged)
+}
+
+fn alarms(judged: &[Judged]) -> String {
+    let mut text = String::from("| cases | not `adequate` |\n|---|---|\n");
+    for (group, rows) in groups(judged) {
+        let alarms = rows.iter().filter(|j| j.outcome.verdict != Verdict::Adequate).count();
+        let _ = writeln!(text, "| {group} | {alarms} of {} |", rows.len());
+    }
+    text
+}
+
+// The confusion matrix as rows: what is hidden, and what was named first how often.
+fn matrix(judged: &[Judged]) -> String {
+    let outcomes: Vec<Outcome> = judged.iter().map(|j| j.outcome.clone()).collect();
+    let mut text = String::from("\n| hidden | named first |\n|---|---|\n");
+    for (hidden, row) in confusion(&outcomes) {
+        let named: Vec<String> = row.iter().map(|(name, count)| format!("`{name}` {count}")).collect();
+        let _ = writeln!(text, "| `{hidden}` | {} |", named.join(", "));
+    }
+    text
+}
+
+// Replaces what stands between the marks of a page.
+fn insert(page: &str, name: &str, tables: &str) -> Result<(), Failure> {
+    let text = std::fs::read_to_string(page)?;
+    let (begin, end) = (format!("<!-- {name} -->"), format!("<!-- /{name} -->"));
+    let lacks = || format!("{page}: the marks {begin} and {end} do not stand in it");
+    let first = text.find(&begin).ok_or_else(lacks)? + begin.len();
+    let last = first + text[first..].find(&end).ok_or_else(lacks)?;
+    std::fs::write(page, format!("{}\n{tables}{}", &text[..first], &text[last..]))?;
+    Ok(())
 }

@@ -1,6 +1,7 @@
 //! Robots, motions and hidden effects: the recognition suite, shared by the gate's tests and by the command that
 //! prints its table.
 
+mod foreign;
 mod hidden;
 mod nulls;
 #[cfg(doctest)]
@@ -8,6 +9,7 @@ mod readme;
 mod robots;
 mod suite;
 
+pub use foreign::{Edit, Foreign, Way, foreign_catalogue, foreign_causes};
 pub use hidden::{Hidden, hidden_effects};
 pub use nulls::{Estimate, NullCase, null_statistics};
 pub use robots::{Arm, one_joint, six_joints, two_joints};

@@ -10,9 +10,10 @@ use sinew_simulate::{
     Tolerance, Trajectory, simulate,
 };
 
+use crate::foreign::{Edit, Way, foreign_catalogue};
 use crate::hidden::How;
 use crate::robots::GEAR_RATIO;
-use crate::{Arm, Hidden};
+use crate::{Arm, Foreign, Hidden};
 
 /// How well a case is measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,8 +53,10 @@ pub struct Case {
     pub model: Robot,
     /// What really moves.
     pub truth: Robot,
-    /// What the model lacks: effect and place; none if nothing.
-    pub hidden: Option<(String, String)>,
+    /// What the model lacks: effect and place of each; none if nothing.
+    pub hidden: Vec<(String, String)>,
+    /// A change of what was logged at a joint, if that is what is hidden.
+    pub logged: Option<(Edit, String)>,
     /// How well it is measured.
     pub conditions: Conditions,
     /// Seed of deviations, motion and noise.
@@ -63,8 +66,8 @@ pub struct Case {
 /// What came of a case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// Effect and place hidden.
-    pub hidden: Option<(String, String)>,
+    /// Effect and place of each that is hidden.
+    pub hidden: Vec<(String, String)>,
     /// The verdict.
     pub verdict: Verdict,
     /// First effect and place named, with its probability.
@@ -89,34 +92,52 @@ const LINK_STEP: f64 = STEP_17_BIT / 8.0;
 const DEVIATION: f64 = 0.5;
 
 impl Case {
-    /// The case that hides `hidden` in `arm`.
-    pub fn new(arm: &Arm, hidden: Option<&Hidden>, conditions: Conditions, seed: u64) -> Self {
+    /// The case that hides `hidden` in `arm`: nothing, one effect or several.
+    pub fn new(arm: &Arm, hidden: &[&Hidden], conditions: Conditions, seed: u64) -> Self {
         let mut model = arm.robot.clone();
         let mut truth = deviated(&arm.robot, seed);
-        if let Some(hidden) = hidden {
+        for hidden in hidden {
             match &hidden.how {
                 How::Added(spec) => truth.effects.push(spec.clone()),
                 How::Changed(change) => change(&mut truth, hidden.dof),
                 How::Forgotten(forget) => forget(&mut model, hidden.dof),
             }
         }
-        let hidden = hidden.map(|h| (h.effect.to_owned(), h.place.clone()));
-        Self { model, truth, hidden, conditions, seed }
+        let hidden = hidden.iter().map(|h| (h.effect.to_owned(), h.place.clone())).collect();
+        Self { model, truth, hidden, logged: None, conditions, seed }
     }
 
-    /// Whether the diagnosis named the right effect at the right place first.
-    pub fn is_right(&self, outcome: &Outcome) -> bool {
-        match (&self.hidden, &outcome.first) {
-            (None, _) => outcome.verdict == Verdict::Adequate,
-            (Some((effect, place)), Some((e, p, _))) => effect == e && place == p,
-            (Some(_), None) => false,
+    /// The case in which a cause from outside the catalogue acts at degree of freedom `dof`.
+    pub fn foreign(arm: &Arm, cause: &Foreign, dof: usize, conditions: Conditions, seed: u64) -> Self {
+        let joint = arm.robot.model.dof_name(dof).to_owned();
+        let mut case = Self::new(arm, &[], conditions, seed);
+        match &cause.how {
+            Way::Law(spec) => case.truth.effects.push(spec.clone()),
+            Way::Changed(change) => change(&mut case.truth, dof),
+            Way::Logged(change) => case.logged = Some((*change, joint.clone())),
         }
+        case.hidden = vec![(cause.name.to_owned(), joint)];
+        case
+    }
+
+    /// Whether the diagnosis named the right effect at the right place first; of several, one of them.
+    pub fn is_right(&self, outcome: &Outcome) -> bool {
+        match &outcome.first {
+            _ if self.hidden.is_empty() => outcome.verdict == Verdict::Adequate,
+            Some((effect, place, _)) => self.hidden.iter().any(|(e, p)| e == effect && p == place),
+            None => false,
+        }
+    }
+
+    /// Whether all that is hidden was accepted.
+    pub fn is_complete(&self, outcome: &Outcome) -> bool {
+        self.hidden.iter().all(|(effect, place)| outcome.accepted.contains(&format!("{effect}@{place}")))
     }
 }
 
 /// A case in which nothing is hidden.
 pub fn null_case(arm: &Arm, conditions: Conditions, seed: u64) -> Case {
-    Case::new(arm, None, conditions, seed)
+    Case::new(arm, &[], conditions, seed)
 }
 
 /// The runs of a case: Fourier motion, then strokes, reversals, chirp and steps, closed loop, 1 kHz.
@@ -124,7 +145,7 @@ pub fn null_case(arm: &Arm, conditions: Conditions, seed: u64) -> Case {
 /// # Errors
 /// If the truth is no plant or cannot be simulated.
 pub fn measure(arm: &Arm, case: &Case) -> Result<Vec<Run>, Outside> {
-    let truth = Plant::new(&case.truth, &CATALOGUE)?;
+    let truth = Plant::new(&case.truth, foreign_catalogue())?;
     let parameters = truth.parameters();
     let mut feed_forward = case.model.clone();
     feed_forward.joints.iter_mut().for_each(|j| j.stiffness = None);
@@ -158,6 +179,9 @@ pub fn measure(arm: &Arm, case: &Case) -> Result<Vec<Run>, Outside> {
             let mut controller = Controller::new(&feed_forward, &feed_forward.parameters(), reference, 20.0);
             let mut run = simulate(&truth, &parameters, &mut controller, &options)?.run;
             run.name = format!("run_{k}");
+            if let Some((change, joint)) = &case.logged {
+                change(&mut run, joint);
+            }
             Ok(run)
         })
         .collect()
@@ -213,14 +237,15 @@ pub fn judge(arm: &Arm, case: &Case, options: &Options) -> Result<(Outcome, Diag
 
 // ρ of what is hidden: its share after everything else has adapted, in units of noise.
 fn contribution(case: &Case, runs: &[Run], diagnosis: &Diagnosis, options: &Options) -> f64 {
-    let Some((effect, place)) = &case.hidden else { return 0.0 };
+    let [(effect, place)] = &case.hidden[..] else { return 0.0 };
     let hidden = |c: &&CandidateReport| c.effect == *effect && c.place == *place;
     if let Some(named) = diagnosis.candidates.iter().find(hidden) {
         return named.contribution;
     }
     // Not named: asked for.
     let is_hidden = |e: &&EffectSpec| e.kind == *effect && e.place.to_string() == *place;
-    let Some(spec) = case.truth.effects.iter().find(is_hidden) else { return 0.0 };
+    let known = CATALOGUE.find(effect).is_some();
+    let Some(spec) = case.truth.effects.iter().find(is_hidden).filter(|_| known) else { return 0.0 };
     let fitted = fit(&case.model, &CATALOGUE, runs, &[], std::slice::from_ref(spec), options);
     let found = fitted.as_ref().ok().and_then(|f| f.diagnosis.candidates.iter().find(hidden));
     found.map_or(0.0, |c| c.contribution)
@@ -258,11 +283,12 @@ fn deviated(robot: &Robot, seed: u64) -> Robot {
     truth
 }
 
-/// Counts of first names by hidden effect, most frequent first.
+/// Counts of first names by what is hidden, most frequent first.
 pub fn confusion(outcomes: &[Outcome]) -> Vec<(String, Vec<(String, usize)>)> {
     let mut rows: Vec<(String, Vec<(String, usize)>)> = Vec::new();
     for outcome in outcomes {
-        let hidden = outcome.hidden.as_ref().map_or("nothing".to_owned(), |(effect, _)| effect.clone());
+        let names: Vec<&str> = outcome.hidden.iter().map(|(effect, _)| effect.as_str()).collect();
+        let hidden = if names.is_empty() { "nothing".to_owned() } else { names.join(" + ") };
         let named = outcome.first.as_ref().map_or(outcome.verdict.to_string(), |(effect, ..)| effect.clone());
         let row = match rows.iter_mut().position(|(h, _)| *h == hidden) {
             Some(k) => &mut rows[k].1,

@@ -27,7 +27,7 @@ fn the_hidden_effect_is_named_first() {
     let cases: Vec<Case> = all
         .iter()
         .filter(|h| FIXED.contains(&h.effect))
-        .map(|h| Case::new(&arm, Some(h), Conditions::FULL, 0))
+        .map(|h| Case::new(&arm, &[h], Conditions::FULL, 0))
         .collect();
     assert_eq!(cases.len(), FIXED.len());
     let right: Vec<bool> = cases

@@ -20,7 +20,7 @@ use crate::inputs::{self, Columns};
 pub(crate) struct Check {
     /// Sidecar or URDF
     robot: PathBuf,
-    /// Measured runs, each FILE or FILE@FROM..TO
+    /// Measured runs, each FILE or FILE@FROM..TO; FILE#N: the Nth recording of a file
     #[arg(value_name = "RUN")]
     runs: Vec<RunSpec>,
     #[command(flatten)]
@@ -85,6 +85,17 @@ fn of_robot(note: &sinew_urdf::Note) -> Note {
     Note { severity, place: note.place.clone(), statement: note.statement.clone(), help: note.help.clone() }
 }
 
+// Joints in words: all of a few, the first of many.
+fn listed(joints: &[&str]) -> String {
+    const SHOWN: usize = 4;
+    let first = joints.iter().take(SHOWN).map(|j| format!("\"{j}\"")).collect::<Vec<_>>().join(", ");
+    match joints.len() {
+        1 => format!("joint {first}"),
+        n if n <= SHOWN => format!("the joints {first}"),
+        n => format!("{n} joints ({first} …)"),
+    }
+}
+
 // What a comparison needs and the run does not have, and what it has and the robot does not.
 fn missing(robot: &Robot, run: &Run) -> Vec<Note> {
     let names: Vec<&str> = (0..robot.model.nv).map(|dof| robot.model.dof_name(dof)).collect();
@@ -92,7 +103,16 @@ fn missing(robot: &Robot, run: &Run) -> Vec<Note> {
     let mut tell = |severity, statement: String, help: String| {
         notes.push(Note { severity, place: run.name.clone(), statement, help });
     };
-    for (dof, joint) in names.iter().enumerate() {
+    let measured = run.joints();
+    let (seen, unseen): (Vec<usize>, Vec<usize>) =
+        (0..names.len()).partition(|&dof| measured.contains(&names[dof]) || names.len() == 1);
+    if !unseen.is_empty() {
+        let unseen: Vec<&str> = unseen.iter().map(|&dof| names[dof]).collect();
+        let statement = format!("nothing of {}: taken as held at zero, and not compared", listed(&unseen));
+        tell(Severity::Warning, statement, "log their positions if they moved".to_owned());
+    }
+    for dof in seen {
+        let joint = names[dof];
         let has = |quantity| run.signal(quantity, joint).is_some();
         if !has(Quantity::MotorPosition) && !has(Quantity::JointPosition) {
             let statement =

@@ -16,7 +16,7 @@ use crate::{
 #[command(
     name = "sinew",
     version,
-    after_help = "ROBOT is a sidecar (arm.sinew.toml) or a URDF; RUN is a file, or a window FILE@FROM..TO in s.\nStart with `sinew demo`.\nExit status: 0 done, 1 the answer is no (check), 2 wrong usage or input."
+    after_help = "ROBOT is a sidecar (arm.sinew.toml) or a URDF; RUN is a file, a window FILE@FROM..TO in s,\nor FILE#N, the Nth recording of a file whose clock starts anew.\nStart with `sinew demo`.\nExit status: 0 done, 1 the answer is no (check), 2 wrong usage or input."
 )]
 pub(crate) struct Command {
     /// Print one JSON object on standard output and nothing else

@@ -18,7 +18,7 @@ use crate::error::CliError;
 pub(crate) struct Inputs {
     /// Sidecar or URDF
     pub robot: PathBuf,
-    /// Measured runs, each FILE or FILE@FROM..TO (s after its first time stamp)
+    /// Measured runs, each FILE or FILE@FROM..TO (s after its first time stamp); FILE#N: the Nth recording of a file
     #[arg(required = true, value_name = "RUN")]
     pub runs: Vec<RunSpec>,
     #[command(flatten)]

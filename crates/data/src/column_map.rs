@@ -14,10 +14,11 @@ use crate::settings_file::{Settings, SettingsFile};
 /// Names, scales and offsets for logs with headers of their own (`--columns map.toml`).
 ///
 /// ```text
-/// value = scale · number in the file + offset
+/// value = scale · (column + plus) · times + offset
 /// ```
 ///
-/// Keys are `time` or `QUANTITY.PLACE`; `scale` is 1 and `offset` 0 if left out. A table `[sensors]` gives
+/// Keys are `time` or `QUANTITY.PLACE`; `scale` is 1 and `offset` 0 if left out. `plus` and `times` name further
+/// columns: a deflection that comes on top of the motor's angle, a supply voltage behind a duty cycle. A table `[sensors]` gives
 /// `"QUANTITY.PLACE" = { std, resolution }`.
 ///
 /// # Example
@@ -45,6 +46,8 @@ pub struct ColumnMap {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Column {
     pub header: String,
+    pub plus: Option<String>,
+    pub times: Option<String>,
     pub scale: f64,
     pub offset: f64,
 }
@@ -100,7 +103,7 @@ fn signal_name(file: &SettingsFile, settings: &Settings) -> Result<SignalName, D
 }
 
 fn column(file: &SettingsFile, settings: &Settings) -> Result<Column, DataError> {
-    file.allow(settings, &["column", "scale", "offset"])?;
+    file.allow(settings, &["column", "plus", "times", "scale", "offset"])?;
     let Some(header) = file.string(settings, "column")? else {
         return Err(file.error(
             settings.at,
@@ -113,7 +116,13 @@ fn column(file: &SettingsFile, settings: &Settings) -> Result<Column, DataError>
         let what = format!("\"scale\" of \"{}\" is zero", settings.key);
         return Err(file.error(settings.at, what, "leave it out for a scale of 1"));
     }
-    Ok(Column { header, scale, offset: file.number(settings, "offset")?.unwrap_or(0.0) })
+    Ok(Column {
+        header,
+        plus: file.string(settings, "plus")?,
+        times: file.string(settings, "times")?,
+        scale,
+        offset: file.number(settings, "offset")?.unwrap_or(0.0),
+    })
 }
 
 #[cfg(test)]
@@ -132,7 +141,7 @@ mod tests {
         let table = ColumnMap::parse("[joint_position.elbow]\ncolumn = \"q\"\nscale = 2.0", "m").unwrap();
         assert_eq!(quoted.signals, dotted.signals);
         assert_eq!(quoted.signals, table.signals);
-        let expected = Column { header: "q".into(), scale: 2.0, offset: 0.0 };
+        let expected = Column { header: "q".into(), plus: None, times: None, scale: 2.0, offset: 0.0 };
         assert_eq!(quoted.signals[&"joint_position.elbow".parse().unwrap()], expected);
     }
 
@@ -140,7 +149,7 @@ mod tests {
     fn an_unknown_key_is_answered_with_its_place_and_the_nearest_one() {
         assert_eq!(
             message("time = { column = \"t\" }\n\"motor_torque.é\" = { colunm = \"x\" }"),
-            "map.toml:2:22: unknown key \"colunm\" of \"motor_torque.é\" (allowed: column, scale, offset)\n  help: did you mean \"column\"?"
+            "map.toml:2:22: unknown key \"colunm\" of \"motor_torque.é\" (allowed: column, plus, times, scale, offset)\n  help: did you mean \"column\"?"
         );
     }
 

@@ -140,7 +140,7 @@ pub enum DataError {
     },
     /// A time stamp is earlier than the one before it.
     #[error(
-        "{place}: time runs backwards (got {got} s after {previous} s)\n  help: a reset of the clock starts a new run: cut the file there; sort the rows if they were shuffled"
+        "{place}: time runs backwards (got {got} s after {previous} s)\n  help: sort the rows if they were shuffled; a new recording may be cut out: FILE#2 is the second of a file"
     )]
     TimeBackwards {
         /// File and line.
@@ -149,6 +149,34 @@ pub enum DataError {
         got: f64,
         /// The stamp before it.
         previous: f64,
+    },
+    /// The clock starts anew: the file holds several recordings.
+    #[error(
+        "{place}: time runs backwards (got {got} s after {previous} s): the clock starts anew, {file} holds {recordings} recordings\n  help: name each as a run of its own: {file}#1 … {file}#{recordings}"
+    )]
+    Recordings {
+        /// File and line of the first new start.
+        place: String,
+        /// The stamp.
+        got: f64,
+        /// The stamp before it.
+        previous: f64,
+        /// The file.
+        file: String,
+        /// Recordings in it.
+        recordings: usize,
+    },
+    /// The file has fewer recordings.
+    #[error(
+        "{run}: recording {got} does not exist (the file has {recordings}: a new one begins where time runs backwards)\n  help: give a number from 1 to {recordings}"
+    )]
+    NoRecording {
+        /// The run.
+        run: String,
+        /// The number asked for.
+        got: usize,
+        /// Recordings in the file.
+        recordings: usize,
     },
     /// A time stamp repeats the one before it.
     #[error(
@@ -234,9 +262,9 @@ pub enum DataError {
         /// Duration of the run, s.
         duration: f64,
     },
-    /// `FILE@FROM..TO` cannot be read.
+    /// `FILE#N@FROM..TO` cannot be read.
     #[error(
-        "{text}: {what}\n  help: write FILE, FILE@FROM..TO, FILE@FROM.. or FILE@..TO, in seconds after the first time stamp"
+        "{text}: {what}\n  help: write FILE, FILE@FROM..TO, FILE@FROM.. or FILE@..TO, in seconds after the first time stamp; FILE#N is the Nth recording of a file"
     )]
     BadSpec {
         /// The text as given.

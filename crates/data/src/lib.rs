@@ -36,7 +36,7 @@ pub use noise::{autocovariance, fourth_difference_lag1, instrument_noise, white_
 pub use note::{Note, Severity};
 pub use quantisation::quantisation_step;
 pub use quantity::{Quantity, SignalName};
-pub use read_run::read_run;
+pub use read_run::{read_recording, read_run};
 pub use rebuild_clock::rebuild_clock;
 pub use repeats::{Repeat, find_repeats};
 pub use resample::{Uniform, resample};

@@ -33,6 +33,31 @@ use crate::spelling::nearest;
 /// # std::fs::remove_dir_all(&folder).unwrap();
 /// ```
 pub fn read_run(path: &Path, columns: Option<&ColumnMap>) -> Result<Run, DataError> {
+    read(path, None, columns)
+}
+
+/// Reads one recording of a file in which several stand one below the other: a new one begins where the clock
+/// runs backwards. `number` counts from 1; the run is called `log#2`.
+///
+/// # Errors
+/// As for [`read_run`], or if the file has no such recording.
+///
+/// # Example
+/// ```
+/// # let folder = std::env::temp_dir().join(format!("sinew-data-read-recording-{}", std::process::id()));
+/// # std::fs::create_dir_all(&folder).unwrap();
+/// let path = folder.join("log.csv");
+/// std::fs::write(&path, "time,joint_position.elbow\n0.0,0.5\n0.01,0.6\n0.0,0.1\n0.01,0.2\n").unwrap();
+/// let run = sinew_data::read_recording(&path, 2, None).unwrap();
+/// assert_eq!((run.name.as_str(), run.signals[0].values.as_slice()), ("log#2", [0.1, 0.2].as_slice()));
+/// assert!(sinew_data::read_run(&path, None).is_err());
+/// # std::fs::remove_dir_all(&folder).unwrap();
+/// ```
+pub fn read_recording(path: &Path, number: usize, columns: Option<&ColumnMap>) -> Result<Run, DataError> {
+    read(path, Some(number), columns)
+}
+
+fn read(path: &Path, recording: Option<usize>, columns: Option<&ColumnMap>) -> Result<Run, DataError> {
     let file = file_name(path);
     let text = read_text(path)?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
@@ -54,6 +79,7 @@ pub fn read_run(path: &Path, columns: Option<&ColumnMap>) -> Result<Run, DataErr
         let place = layout.signals.iter().find(|s| s.0 == *name);
         place.map_or_else(|| name.to_string(), |s| headers[s.1.index].to_string())
     };
+    run.pick(recording)?;
     run.validate(header_of, &headers[layout.time.index])?;
     state_sensors(&mut run, path, columns)?;
     Ok(run)
@@ -61,7 +87,7 @@ pub fn read_run(path: &Path, columns: Option<&ColumnMap>) -> Result<Run, DataErr
 
 /// Writes noise and resolution into the signals; `FILE.run.toml` wins over the columns map.
 fn state_sensors(run: &mut Run, path: &Path, columns: Option<&ColumnMap>) -> Result<(), DataError> {
-    let beside = path.with_file_name(format!("{}.run.toml", run.name));
+    let beside = path.with_file_name(format!("{}.run.toml", stem(&file_name(path))));
     let own = match beside.is_file() {
         true => SensorFacts::parse(&read_text(&beside)?, &file_name(&beside))?,
         false => SensorFacts::default(),
@@ -91,6 +117,8 @@ struct LineCursor<'a> {
 
 struct Field {
     index: usize,
+    plus: Option<usize>,
+    times: Option<usize>,
     scale: f64,
     offset: f64,
 }
@@ -170,10 +198,8 @@ impl Layout {
         }
         let signals = self.signals.iter().zip(values);
         let signals = signals.map(|((name, _), values)| Signal::new(name.quantity, &name.place, values));
-        let stem = file.strip_suffix(".gz").unwrap_or(&file);
-        let stem = stem.strip_suffix(".csv").unwrap_or(stem).to_string();
         Ok(Run {
-            name: stem,
+            name: stem(&file).into(),
             time,
             signals: signals.collect(),
             notes: self.notes.clone(),
@@ -195,7 +221,7 @@ impl LineCursor<'_> {
 
 impl Field {
     fn plain(index: usize) -> Field {
-        Field { index, scale: 1.0, offset: 0.0 }
+        Field { index, plus: None, times: None, scale: 1.0, offset: 0.0 }
     }
 
     fn mapped(
@@ -204,18 +230,30 @@ impl Field {
         name: &str,
         column: &Column,
     ) -> Result<Field, DataError> {
-        let mut fields = headers.iter().enumerate().filter(|(_, h)| *h == column.header).map(|(i, _)| i);
+        let find = |header: &str| Self::find(file, headers, name, header);
+        Ok(Field {
+            index: find(&column.header)?,
+            plus: column.plus.as_deref().map(find).transpose()?,
+            times: column.times.as_deref().map(find).transpose()?,
+            scale: column.scale,
+            offset: column.offset,
+        })
+    }
+
+    // Which field has a header that a map names.
+    fn find(file: &str, headers: &csv::StringRecord, name: &str, header: &str) -> Result<usize, DataError> {
+        let mut fields = headers.iter().enumerate().filter(|(_, h)| *h == header).map(|(i, _)| i);
         match (fields.next(), fields.next()) {
-            (Some(index), None) => Ok(Field { index, scale: column.scale, offset: column.offset }),
+            (Some(index), None) => Ok(index),
             (Some(_), Some(_)) => {
-                Err(DataError::DuplicateColumn { file: file.into(), column: column.header.clone() })
+                Err(DataError::DuplicateColumn { file: file.into(), column: header.into() })
             }
             (None, _) => Err(DataError::MissingColumn {
                 file: file.into(),
-                column: column.header.clone(),
+                column: header.into(),
                 name: name.into(),
                 found: found(headers),
-                help: match nearest(&column.header, &headers.iter().collect::<Vec<_>>()) {
+                help: match nearest(header, &headers.iter().collect::<Vec<_>>()) {
                     Some(near) => format!("did you mean \"{near}\"?"),
                     None => "correct the columns map".into(),
                 },
@@ -230,18 +268,25 @@ impl Field {
         headers: &csv::StringRecord,
         place: impl Fn() -> String,
     ) -> Result<f64, DataError> {
-        let text = &row[self.index];
-        match parse(text) {
-            // value = scale · number + offset
-            Some(raw) => Ok(self.scale * raw + self.offset),
-            None => Err(DataError::NotNumber {
+        let raw = |index: usize| {
+            let text = &row[index];
+            parse(text).ok_or_else(|| DataError::NotNumber {
                 place: place(),
-                column: headers[self.index].into(),
+                column: headers[index].into(),
                 got: text.into(),
                 help: help_for(text),
-            }),
-        }
+            })
+        };
+        let or = |column: Option<usize>, without: f64| column.map_or(Ok(without), raw);
+        // value = scale · (column + plus) · times + offset
+        Ok(self.scale * (raw(self.index)? + or(self.plus, 0.0)?) * or(self.times, 1.0)? + self.offset)
     }
+}
+
+/// The name of a file without `.csv` or `.csv.gz`.
+fn stem(file: &str) -> &str {
+    let stem = file.strip_suffix(".gz").unwrap_or(file);
+    stem.strip_suffix(".csv").unwrap_or(stem)
 }
 
 /// The separator that occurs most often in the header.

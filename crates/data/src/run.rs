@@ -20,6 +20,9 @@ pub struct Signal {
     pub resolution: Option<f64>,
 }
 
+/// Samples that a recording in a file of several has at least.
+const SHORTEST: usize = 20;
+
 /// One measured run: strictly increasing time stamps, and signals of the same length, all finite.
 #[derive(Debug, Clone)]
 pub struct Run {
@@ -133,6 +136,35 @@ impl Run {
                 .as_ref()
                 .map(|o| Origin { file: o.file.clone(), lines: o.lines[first..end].to_vec() }),
         })
+    }
+
+    /// Leaves only the samples of one recording; a new one begins where time runs backwards.
+    ///
+    /// Without a number the samples must be one recording. Shuffled rows are no recordings: those of several
+    /// have at least [`SHORTEST`] samples each.
+    pub(crate) fn pick(&mut self, number: Option<usize>) -> Result<(), DataError> {
+        let n = self.time.len();
+        let mut starts: Vec<usize> = (1..n).filter(|&k| self.time[k] < self.time[k - 1]).collect();
+        starts.insert(0, 0);
+        let end = |i: usize| starts.get(i + 1).copied().unwrap_or(n);
+        let recordings = starts.len();
+        if number.is_none() && recordings > 1 && (0..recordings).all(|i| end(i) - starts[i] >= SHORTEST) {
+            return Err(DataError::Recordings {
+                place: self.place_of(starts[1]),
+                got: self.time[starts[1]],
+                previous: self.time[starts[1] - 1],
+                file: self.origin.as_ref().map_or(&self.name, |o| &o.file).clone(),
+                recordings,
+            });
+        }
+        let Some(number) = number else { return Ok(()) };
+        if number > recordings {
+            return Err(DataError::NoRecording { run: self.name.clone(), got: number, recordings });
+        }
+        let kept: Vec<usize> = (starts[number - 1]..end(number - 1)).collect();
+        self.keep(&kept);
+        self.name = format!("{}#{number}", self.name);
+        Ok(())
     }
 
     /// Leaves only the samples of these numbers, which increase.

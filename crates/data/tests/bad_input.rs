@@ -119,6 +119,19 @@ fn nan_and_infinity_are_refused_with_line_and_column() {
 }
 
 #[test]
+fn several_recordings_in_one_file_are_named() {
+    let mut text = String::from("time,joint_position.elbow\n");
+    for k in 0..60 {
+        text += &format!("{},{k}\n", 0.01 * f64::from(k % 30));
+    }
+    let text = refusal("recordings", &text);
+    assert!(text.starts_with("run.csv:32: time runs backwards (got 0 s after 0.29 s): the clock"), "{text}");
+    assert!(
+        text.contains("holds 2 recordings\n  help: name each as a run of its own: run.csv#1 … run.csv#2")
+    );
+}
+
+#[test]
 fn time_running_backwards_is_refused_with_the_line() {
     let text = refusal("backwards", "time,joint_position.elbow\n0,1\n0.2,1\n0.1,1\n");
     assert!(text.starts_with("run.csv:4: time runs backwards (got 0.1 s after 0.2 s)\n  help: "), "{text}");

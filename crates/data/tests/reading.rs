@@ -61,6 +61,19 @@ fn a_columns_map_names_scales_and_offsets() {
 }
 
 #[test]
+fn a_columns_map_adds_and_multiplies_columns() {
+    let folder = folder("sums");
+    let path = folder.join("log.csv");
+    fs::write(&path, "time,angle,bend,duty,supply\n0,1,0.25,0.5,7\n1,2,-0.5,-0.25,8\n").unwrap();
+    let map = "\"joint_position.elbow\" = { column = \"angle\", plus = \"bend\", scale = 2 }\n\
+               \"motor_torque.elbow\" = { column = \"duty\", times = \"supply\", offset = 1 }";
+    let run = read_run(&path, Some(&ColumnMap::parse(map, "map.toml").unwrap())).unwrap();
+    assert_eq!(run.signal(Quantity::JointPosition, "elbow").unwrap().values, [2.5, 3.0]);
+    assert_eq!(run.signal(Quantity::MotorTorque, "elbow").unwrap().values, [4.5, -1.0]);
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
 fn an_unknown_column_is_ignored_and_told() {
     let folder = folder("unknown");
     let path = folder.join("log.csv");

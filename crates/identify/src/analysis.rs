@@ -1,7 +1,7 @@
 //! What every search begins with: runs made ready, checked, and the residual that suits them.
 
 use sinew_data::Run;
-use sinew_effect::Catalogue;
+use sinew_effect::{Catalogue, Sensor};
 use sinew_model::Robot;
 use sinew_plant::Plant;
 
@@ -13,9 +13,20 @@ use crate::problem::Problem;
 use crate::report::Finding;
 use crate::residual::ResidualForm;
 use crate::search::Search;
+use crate::spread::std;
 use crate::{IdentifyError, Options};
 
-/// Does `work` with a search of the runs, and with what the data checks suspect.
+/// What a search is begun with.
+pub(crate) struct Analysis<'a> {
+    /// The runs made ready.
+    pub prepared: &'a Prepared,
+    /// What the data checks suspect.
+    pub suspicions: Vec<Finding>,
+    // Why this residual.
+    why: &'static str,
+}
+
+/// Does `work` with a search of the runs.
 ///
 /// # Errors
 /// If the robot is no plant, a run lacks the signals or fails a check, or the work fails.
@@ -24,20 +35,20 @@ pub(crate) fn analysed<T>(
     catalogue: &Catalogue,
     runs: &[Run],
     options: &Options,
-    work: impl FnOnce(&mut Search, &Prepared, Vec<Finding>) -> Result<T, IdentifyError>,
+    work: impl FnOnce(&mut Search, Analysis) -> Result<T, IdentifyError>,
 ) -> Result<T, IdentifyError> {
     let prepared = Prepared::new(robot, runs, options)?;
     let suspicions = checked(robot, catalogue, runs, &prepared, options)?;
     let imposed = prepared.form(robot);
     let problem = Problem::new(robot, catalogue, &imposed, options);
     let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);
-    let Some(innovation) = chosen(robot, catalogue, runs, &prepared, options)? else {
-        return work(&mut search, &prepared, suspicions);
-    };
+    let (innovation, why) = chosen(robot, catalogue, runs, &prepared, options)?;
+    let begun = Analysis { prepared: &prepared, suspicions, why };
+    let Some(innovation) = innovation else { return work(&mut search, begun) };
     let reference = innovation.present();
     let own = Problem { form: &innovation, ..problem };
     let mut about = Search::new(&own, reference.records(), &prepared.sensors).told_by(Some(&search));
-    work(&mut about, &prepared, suspicions)
+    work(&mut about, begun)
 }
 
 // Sample rate, Hz, from which the torque noise of single samples tells on the encoders.
@@ -46,30 +57,45 @@ const FAST: f64 = 500.0;
 const FEW_JOINTS: usize = 3;
 const COARSE: f64 = 0.013;
 
-// The innovation residual about the model as it stands, where it is asked for or suits the runs.
+const SUITED: &str = "motor torque and encoders at 500 Hz or more: their noise is treated together";
+const DROWNED: &str = "the torque noise that the innovation residual finds is larger than the torque itself: the encoders are too coarse for it";
+
+// The innovation residual about the model as it stands, where it is asked for or suits the runs, and why or why not.
 fn chosen(
     robot: &Robot,
     catalogue: &Catalogue,
     runs: &[Run],
     prepared: &Prepared,
     options: &Options,
-) -> Result<Option<Innovation>, IdentifyError> {
-    let wanted = match options.residual {
-        Some(residual) => residual == Residual::Innovation,
-        None => unsuited(prepared).is_none(),
-    };
-    let form = wanted.then(|| Innovation::new(robot, runs, &prepared.sensors, prepared.scales)).flatten();
-    if form.is_none() && options.residual == Some(Residual::Innovation) {
+) -> Result<(Option<Innovation>, &'static str), IdentifyError> {
+    let asked = options.residual;
+    let why = if asked.is_some() { "as asked" } else { unsuited(prepared).unwrap_or(SUITED) };
+    if asked == Some(Residual::Imposed) || asked.is_none() && why != SUITED {
+        return Ok((None, why));
+    }
+    let Some(form) = Innovation::new(robot, runs, &prepared.sensors, prepared.scales) else {
         return Err(IdentifyError::Question {
             what: "the innovation residual needs the motor torque of every joint that moves".to_owned(),
             help: "leave --residual out, or say --residual imposed".to_owned(),
         });
+    };
+    let plant = Plant::with_effects(robot, &prepared.base_specs(robot, catalogue), catalogue)?;
+    form.renew(&plant, &plant.parameters());
+    if asked.is_none() && is_drowned(prepared, &form.present().torque_noise) {
+        return Ok((None, DROWNED));
     }
-    if let Some(form) = &form {
-        let plant = Plant::with_effects(robot, &prepared.base_specs(robot, catalogue), catalogue)?;
-        form.renew(&plant, &plant.parameters());
-    }
-    Ok(form)
+    Ok((Some(form), why))
+}
+
+// True if the torque noise of a joint is larger than what was logged of its torque.
+fn is_drowned(prepared: &Prepared, noise: &[f64]) -> bool {
+    let channels = prepared.sensors.channels.iter().enumerate();
+    let torques = channels.filter(|(_, c)| c.sensor == Sensor::MotorTorque);
+    let logged = torques.map(|(c, _)| {
+        let values: Vec<f64> = prepared.records.iter().flat_map(|r| r.measured[c].iter().copied()).collect();
+        std(&values)
+    });
+    logged.zip(noise).any(|(logged, noise)| *noise > logged)
 }
 
 // Why the innovation residual does not suit the runs; none if it does.
@@ -85,17 +111,11 @@ fn unsuited(prepared: &Prepared) -> Option<&'static str> {
 }
 
 /// Which residual a search looks at, and why.
-pub(crate) fn residual_told(search: &Search, prepared: &Prepared) -> String {
-    let options = search.problem.options;
+pub(crate) fn residual_told(search: &Search, begun: &Analysis) -> String {
     let name = if search.problem.form.is_white() { "innovation" } else { "imposed" };
-    let why = match options.residual {
-        Some(_) => "as asked",
-        None => unsuited(prepared)
-            .unwrap_or("motor torque and encoders at 500 Hz or more: their noise is treated together"),
-    };
     let noise = search.problem.form.reference().map_or(String::new(), |reference| {
         let each: Vec<String> = reference.torque_noise.iter().map(|n| format!("{n:.2}")).collect();
         format!(", torque noise {} N·m a sample", each.join(", "))
     });
-    format!("residual: {name} ({why}){noise}")
+    format!("residual: {name} ({}){noise}", begun.why)
 }

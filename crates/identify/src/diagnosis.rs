@@ -111,14 +111,14 @@ pub fn diagnose(
     runs: &[Run],
     options: &Options,
 ) -> Result<Diagnosis, IdentifyError> {
-    analysed(robot, catalogue, runs, options, |search, prepared, suspicions| {
-        let base = search.base(prepared.base_specs(robot, catalogue))?;
+    analysed(robot, catalogue, runs, options, |search, begun| {
+        let base = search.base(begun.prepared.base_specs(robot, catalogue))?;
         let floors = search.floors_told(&base)?;
         let mut findings = as_given(search.yardstick(), &floors)?.0.findings;
-        findings.splice(0..0, suspicions);
+        findings.splice(0..0, begun.suspicions.iter().cloned());
         let explored = explore(search, base, None)?;
-        let scope = scope(robot, &prepared.sensors, runs);
-        let scope = format!("{scope}; {}", residual_told(search, prepared));
+        let scope = scope(robot, &begun.prepared.sensors, runs);
+        let scope = format!("{scope}; {}", residual_told(search, &begun));
         report(search, &explored, findings, scope)
     })
 }

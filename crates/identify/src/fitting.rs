@@ -151,7 +151,8 @@ fn work(
     options: &Options,
     climb: impl FnOnce(&mut Search, State, Option<&Unseen>) -> Result<Explored, IdentifyError>,
 ) -> Result<Fit, IdentifyError> {
-    analysed(robot, catalogue, runs, options, |search, prepared, suspicions| {
+    analysed(robot, catalogue, runs, options, |search, begun| {
+        let prepared = begun.prepared;
         let options = search.problem.options;
         let base = search.base(prepared.base_specs(robot, catalogue))?;
         let floors = search.floors_told(&base)?;
@@ -162,7 +163,7 @@ fn work(
         let unseen = (!check.is_empty()).then(|| Unseen { search: &unseen_search, floors: floors.clone() });
         let yardstick = search.yardstick();
         let (mut given, given_residual) = as_given(yardstick, &floors)?;
-        given.findings.splice(0..0, suspicions);
+        given.findings.splice(0..0, begun.suspicions.iter().cloned());
         let given_unseen = match &unseen {
             Some(u) => Some(u.residual(&Candidate::new(yardstick.problem, robot.all_effects())?)),
             None => None,
@@ -181,7 +182,7 @@ fn work(
         let mut steps = vec![step(Vec::new(), &given_residual, given_unseen.as_ref())];
         steps.extend(explored.rungs.iter().map(|r| step(r.added.clone(), &r.residual, r.unseen.as_ref())));
         let scope = scope(robot, &prepared.sensors, runs);
-        let scope = format!("{scope}; {}", residual_told(search, prepared));
+        let scope = format!("{scope}; {}", residual_told(search, &begun));
         let diagnosis = report(search, &explored, given.findings, scope)?;
         Ok(finished(search, explored, diagnosis, steps, runs, check))
     })

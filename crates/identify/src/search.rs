@@ -4,6 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
+use sinew_effect::{Screening, Sensor};
 use sinew_model::EffectSpec;
 
 use crate::IdentifyError;
@@ -13,13 +14,14 @@ use crate::freedom::Springs;
 use crate::gates::z_between;
 use crate::innovation::Reference;
 use crate::problem::{Candidate, Equations, Problem, refine};
-use crate::record::{Record, Sensors};
+use crate::record::{Channel, Record, Sensors};
 use crate::refit::{Base, Fitted, Refit, refit};
 use crate::report::Refusal;
 use crate::screen::{Score, Screen, all_columns};
 use crate::spread::channel_std;
 use crate::starts::{best_starts, impossible_starts, lowest_of_each};
 use crate::trial::{How, Offer, Trial};
+use crate::unknowns::Unknown;
 use crate::waves::Waves;
 
 /// A model at its fit, with the noise that it leaves.
@@ -110,6 +112,8 @@ const BENT: f64 = 4.0;
 // Mean square of the whitened rows up to which a candidate leaves little to find about the stated values.
 const UNEXPLAINED: f64 = 1.2;
 const FEATURES: usize = 140;
+// Share of the samples that a limit of a drive may cut off.
+const MOST_CUT: f64 = 0.2;
 // Differences of χ² and z below which two candidates are tied.
 const TIE_CHI: f64 = 10.0;
 const TIE_Z: f64 = 3.0;
@@ -283,6 +287,22 @@ impl<'a> Search<'a> {
         offer.trials().into_iter().filter(|t| !self.banned.contains(&t.label())).collect()
     }
 
+    // A limit of a drive is met now and then: one that is met all the time says that the log does not drive the joint.
+    fn cuts(&self, refit: &Refit) -> Option<String> {
+        let Screening::Peaks { .. } = refit.trial.card.screening else { return None };
+        let model = &refit.fitted.model;
+        let label = |u: &&Unknown| model.plant.effects()[u.id.effect].label() == refit.trial.label();
+        let inverse = model.p[model.unknowns.iter().find(label)?.position];
+        let dof = self.problem.robot.model.dof(&refit.trial.place.to_string())?;
+        let torque = Channel { sensor: Sensor::MotorTorque, dof };
+        let c = self.sensors.channels.iter().position(|c| *c == torque)?;
+        let logged = || self.records.iter().flat_map(|r| &r.measured[c]);
+        let beyond = logged().filter(|u| u.abs() * inverse > 1.0).count();
+        let share = beyond as f64 / logged().count().max(1) as f64;
+        (share > MOST_CUT)
+            .then(|| format!("would cut off {:.0} % of the samples: no limit is met so often", 100.0 * share))
+    }
+
     /// One round: screen everything, refit the short list, pass it through the gates.
     pub fn round(&mut self, state: &State, step: usize) -> Round {
         let trials = &state.trials;
@@ -314,6 +334,9 @@ impl<'a> Search<'a> {
         let refits = lowest_of_each(refits.into_iter());
         let (mut passed, mut failed) = (Vec::new(), Vec::new());
         for mut refit in refits {
+            if refit.refused.is_none() {
+                refit.refused = self.cuts(&refit);
+            }
             if refit.refused.is_none() {
                 refit.refused = refit.evidence.refused(self.problem.options, trials.len());
             }

@@ -83,8 +83,8 @@ pub fn trial(
     runs: &[Run],
     options: &Options,
 ) -> Result<TrialReport, IdentifyError> {
-    analysed(robot, catalogue, runs, options, |search, prepared, _| {
-        let base = search.base(prepared.base_specs(robot, catalogue))?;
+    analysed(robot, catalogue, runs, options, |search, begun| {
+        let base = search.base(begun.prepared.base_specs(robot, catalogue))?;
         let explored = explore(search, base, None)?;
         let surrogates = surrogates(search, &explored.state)?;
         let false_acceptance = counted(&surrogates);
