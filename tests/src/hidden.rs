@@ -94,7 +94,7 @@ fn added_at_joint(arm: &Arm, dof: usize, joint: &str, size: f64) -> Vec<Hidden> 
         with("torque_constant_error", &[("scale_error", 0.2)]),
         with("actuator_lag", &[("time", 0.004)]),
         with("actuator_delay", &[("time", 0.005)]),
-        with("torque_saturation", &[("limit", 6.0 * f / (size * size))]),
+        with("torque_saturation", &[("limit", 9.0 * f / (size * size))]),
         with("torque_sensor_offset", &[("offset", 2.0 * f)]),
         with("position_sensor_offset", &[("offset", 3e-3)]),
         with("position_sensor_scale", &[("scale_error", 0.01)]),

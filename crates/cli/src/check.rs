@@ -85,17 +85,6 @@ fn of_robot(note: &sinew_urdf::Note) -> Note {
     Note { severity, place: note.place.clone(), statement: note.statement.clone(), help: note.help.clone() }
 }
 
-// Joints in words: all of a few, the first of many.
-fn listed(joints: &[&str]) -> String {
-    const SHOWN: usize = 4;
-    let first = joints.iter().take(SHOWN).map(|j| format!("\"{j}\"")).collect::<Vec<_>>().join(", ");
-    match joints.len() {
-        1 => format!("joint {first}"),
-        n if n <= SHOWN => format!("the joints {first}"),
-        n => format!("{n} joints ({first} …)"),
-    }
-}
-
 // What a comparison needs and the run does not have, and what it has and the robot does not.
 fn missing(robot: &Robot, run: &Run) -> Vec<Note> {
     let names: Vec<&str> = (0..robot.model.nv).map(|dof| robot.model.dof_name(dof)).collect();
@@ -108,7 +97,10 @@ fn missing(robot: &Robot, run: &Run) -> Vec<Note> {
         (0..names.len()).partition(|&dof| measured.contains(&names[dof]) || names.len() == 1);
     if !unseen.is_empty() {
         let unseen: Vec<&str> = unseen.iter().map(|&dof| names[dof]).collect();
-        let statement = format!("nothing of {}: taken as held at zero, and not compared", listed(&unseen));
+        let statement = format!(
+            "nothing of {}: taken as held at zero, and not compared",
+            sinew_identify::listed(&unseen)
+        );
         tell(Severity::Warning, statement, "log their positions if they moved".to_owned());
     }
     for dof in seen {

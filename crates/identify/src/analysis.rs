@@ -5,7 +5,7 @@ use sinew_effect::{Catalogue, Sensor};
 use sinew_model::Robot;
 use sinew_plant::Plant;
 
-use crate::before::checked;
+use crate::before::{checked, held};
 use crate::comparison::Prepared;
 use crate::innovation::Innovation;
 use crate::options::Residual;
@@ -18,6 +18,8 @@ use crate::{IdentifyError, Options};
 
 /// What a search is begun with.
 pub(crate) struct Analysis<'a> {
+    /// The robot with the joints that no run measures held still.
+    pub robot: &'a Robot,
     /// The runs made ready.
     pub prepared: &'a Prepared,
     /// What the data checks suspect.
@@ -37,13 +39,16 @@ pub(crate) fn analysed<T>(
     options: &Options,
     work: impl FnOnce(&mut Search, Analysis) -> Result<T, IdentifyError>,
 ) -> Result<T, IdentifyError> {
+    let (held, still) = held(robot, runs);
+    let robot = &held;
     let prepared = Prepared::new(robot, runs, options)?;
-    let suspicions = checked(robot, catalogue, runs, &prepared, options)?;
+    let mut suspicions = checked(robot, catalogue, runs, &prepared, options)?;
+    suspicions.splice(0..0, still);
     let imposed = prepared.form(robot);
     let problem = Problem::new(robot, catalogue, &imposed, options);
     let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);
     let (innovation, why) = chosen(robot, catalogue, runs, &prepared, options)?;
-    let begun = Analysis { prepared: &prepared, suspicions, why };
+    let begun = Analysis { robot, prepared: &prepared, suspicions, why };
     let Some(innovation) = innovation else { return work(&mut search, begun) };
     let reference = innovation.present();
     let own = Problem { form: &innovation, ..problem };
@@ -58,7 +63,9 @@ const FEW_JOINTS: usize = 3;
 const COARSE: f64 = 0.013;
 
 const SUITED: &str = "motor torque and encoders at 500 Hz or more: their noise is treated together";
-const DROWNED: &str = "the torque noise that the innovation residual finds is larger than the torque itself: the encoders are too coarse for it";
+const DROWNED: &str = "the torque noise that the innovation residual finds dwarfs the torque itself: the encoders are too coarse for it";
+// Torque noise by the spread of the torque beyond which a misfit passes for noise.
+const DWARFED: f64 = 10.0;
 
 // The innovation residual about the model as it stands, where it is asked for or suits the runs, and why or why not.
 fn chosen(
@@ -87,7 +94,7 @@ fn chosen(
     Ok((Some(form), why))
 }
 
-// True if the torque noise of a joint is larger than what was logged of its torque.
+// True if the torque noise of a joint dwarfs what was logged of its torque.
 fn is_drowned(prepared: &Prepared, noise: &[f64]) -> bool {
     let channels = prepared.sensors.channels.iter().enumerate();
     let torques = channels.filter(|(_, c)| c.sensor == Sensor::MotorTorque);
@@ -95,7 +102,7 @@ fn is_drowned(prepared: &Prepared, noise: &[f64]) -> bool {
         let values: Vec<f64> = prepared.records.iter().flat_map(|r| r.measured[c].iter().copied()).collect();
         std(&values)
     });
-    logged.zip(noise).any(|(logged, noise)| *noise > logged)
+    logged.zip(noise).any(|(logged, noise)| *noise > DWARFED * logged)
 }
 
 // Why the innovation residual does not suit the runs; none if it does.

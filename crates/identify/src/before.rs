@@ -1,6 +1,6 @@
 //! What is checked before any physics: a failed check refuses the runs, a suspicion is the first finding.
 
-use sinew_data::{Note, Run, Severity, check_run};
+use sinew_data::{Note, Quantity, Run, Severity, check_run};
 use sinew_effect::Catalogue;
 use sinew_model::Robot;
 
@@ -28,18 +28,47 @@ pub(crate) fn checked(
         return Err(IdentifyError::run(&fatal.place, fatal.statement.clone(), help));
     }
     notes.sort_by_key(|n| n.severity);
-    let still = (0..robot.model.nv).filter(|&dof| prepared.sensors.imposed[dof].is_none());
-    Ok(still.map(|dof| held(robot.model.dof_name(dof))).chain(notes.into_iter().map(finding)).collect())
+    Ok(notes.into_iter().map(finding).collect())
 }
 
-// A joint of which no run has a position.
-fn held(joint: &str) -> Finding {
-    Finding {
-        joint: joint.to_owned(),
+/// The robot with the joints of which some run has no position held at zero, and the finding that says so.
+pub(crate) fn held(robot: &Robot, runs: &[Run]) -> (Robot, Option<Finding>) {
+    let model = &robot.model;
+    let floats = |dof: usize| model.joints[model.joint_of_dof(dof).0].kind.nv() > 1;
+    let seen = |dof: usize| {
+        let has = |run: &Run, quantity| run.signal(quantity, model.dof_name(dof)).is_some();
+        let positions = [Quantity::MotorPosition, Quantity::JointPosition];
+        floats(dof) || positions.into_iter().any(|q| runs.iter().all(|run| has(run, q)))
+    };
+    let still: Vec<usize> = (0..model.nv).filter(|&dof| !seen(dof)).collect();
+    if still.is_empty() || still.len() == model.nv {
+        return (robot.clone(), None);
+    }
+    let names: Vec<&str> = still.iter().map(|&dof| model.dof_name(dof)).collect();
+    let finding = Finding {
+        joint: names.join(", "),
         signal: String::new(),
         regime: "data".to_owned(),
-        statement: format!("{joint}: no position in the runs; taken as held at zero, and not compared"),
+        statement: format!("no position of {} in the runs: taken as held at zero", listed(&names)),
         share: 0.0,
+    };
+    (robot.held(&still), Some(finding))
+}
+
+/// Joints in words: all of a few, the first of many.
+///
+/// ```
+/// assert_eq!(sinew_identify::listed(&["j1"]), "joint \"j1\"");
+/// assert_eq!(sinew_identify::listed(&["j1", "j2"]), "the joints \"j1\", \"j2\"");
+/// assert_eq!(sinew_identify::listed(&["a", "b", "c", "d", "e"]), "5 joints (\"a\", \"b\", \"c\", \"d\" …)");
+/// ```
+pub fn listed(joints: &[&str]) -> String {
+    const SHOWN: usize = 4;
+    let first = joints.iter().take(SHOWN).map(|j| format!("\"{j}\"")).collect::<Vec<_>>().join(", ");
+    match joints.len() {
+        1 => format!("joint {first}"),
+        n if n <= SHOWN => format!("the joints {first}"),
+        n => format!("{n} joints ({first} …)"),
     }
 }
 

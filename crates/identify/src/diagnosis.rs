@@ -112,6 +112,7 @@ pub fn diagnose(
     options: &Options,
 ) -> Result<Diagnosis, IdentifyError> {
     analysed(robot, catalogue, runs, options, |search, begun| {
+        let robot = begun.robot;
         let base = search.base(begun.prepared.base_specs(robot, catalogue))?;
         let floors = search.floors_told(&base)?;
         let mut findings = as_given(search.yardstick(), &floors)?.0.findings;

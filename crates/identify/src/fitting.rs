@@ -152,6 +152,7 @@ fn work(
     climb: impl FnOnce(&mut Search, State, Option<&Unseen>) -> Result<Explored, IdentifyError>,
 ) -> Result<Fit, IdentifyError> {
     analysed(robot, catalogue, runs, options, |search, begun| {
+        let robot = begun.robot;
         let prepared = begun.prepared;
         let options = search.problem.options;
         let base = search.base(prepared.base_specs(robot, catalogue))?;

@@ -47,6 +47,7 @@ mod views;
 mod walk;
 mod waves;
 
+pub use before::listed;
 pub use comparison::{Comparison, RunError, SignalError, Trace, compare};
 pub use diagnosis::{Accepted, CandidateReport, ChannelReport, Diagnosis, RivalReport, diagnose};
 pub use error::IdentifyError;

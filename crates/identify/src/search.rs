@@ -113,7 +113,7 @@ const BENT: f64 = 4.0;
 const UNEXPLAINED: f64 = 1.2;
 const FEATURES: usize = 140;
 // Share of the samples that a limit of a drive may cut off.
-const MOST_CUT: f64 = 0.2;
+const MOST_CUT: f64 = 0.4;
 // Differences of χ² and z below which two candidates are tied.
 const TIE_CHI: f64 = 10.0;
 const TIE_Z: f64 = 3.0;

@@ -84,6 +84,7 @@ pub fn trial(
     options: &Options,
 ) -> Result<TrialReport, IdentifyError> {
     analysed(robot, catalogue, runs, options, |search, begun| {
+        let robot = begun.robot;
         let base = search.base(begun.prepared.base_specs(robot, catalogue))?;
         let explored = explore(search, base, None)?;
         let surrogates = surrogates(search, &explored.state)?;

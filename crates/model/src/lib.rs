@@ -19,6 +19,7 @@ mod dual;
 mod elementary;
 mod error;
 mod extended;
+mod held;
 mod hinge;
 mod inertia;
 mod joint;
