@@ -28,7 +28,8 @@ pub(crate) struct Analysis<'a> {
     why: &'static str,
 }
 
-/// Does `work` with a search of the runs.
+/// Does `work` with a search of the runs; `work` also says whether an effect was named. Where none was and a misfit
+/// passed for torque noise, the work is done once more with the imposed residual.
 ///
 /// # Errors
 /// If the robot is no plant, a run lacks the signals or fails a check, or the work fails.
@@ -37,7 +38,7 @@ pub(crate) fn analysed<T>(
     catalogue: &Catalogue,
     runs: &[Run],
     options: &Options,
-    work: impl FnOnce(&mut Search, Analysis) -> Result<T, IdentifyError>,
+    work: impl Fn(&mut Search, &Analysis) -> Result<(T, bool), IdentifyError>,
 ) -> Result<T, IdentifyError> {
     let (held, still) = held(robot, runs);
     let robot = &held;
@@ -48,12 +49,19 @@ pub(crate) fn analysed<T>(
     let problem = Problem::new(robot, catalogue, &imposed, options);
     let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);
     let (innovation, why) = chosen(robot, catalogue, runs, &prepared, options)?;
-    let begun = Analysis { robot, prepared: &prepared, suspicions, why };
-    let Some(innovation) = innovation else { return work(&mut search, begun) };
-    let reference = innovation.present();
-    let own = Problem { form: &innovation, ..problem };
-    let mut about = Search::new(&own, reference.records(), &prepared.sensors).told_by(Some(&search));
-    work(&mut about, begun)
+    let mut begun = Analysis { robot, prepared: &prepared, suspicions, why };
+    if let Some(innovation) = innovation {
+        let reference = innovation.present();
+        let own = Problem { form: &innovation, ..problem };
+        let mut about = Search::new(&own, reference.records(), &prepared.sensors).told_by(Some(&search));
+        let (result, is_named) = work(&mut about, &begun)?;
+        let is_drowned = || is_drowned(&prepared, &innovation.present().torque_noise);
+        if is_named || options.residual.is_some() || !is_drowned() {
+            return Ok(result);
+        }
+        begun.why = DROWNED;
+    }
+    Ok(work(&mut search, &begun)?.0)
 }
 
 // Sample rate, Hz, from which the torque noise of single samples tells on the encoders.
@@ -63,9 +71,7 @@ const FEW_JOINTS: usize = 3;
 const COARSE: f64 = 0.013;
 
 const SUITED: &str = "motor torque and encoders at 500 Hz or more: their noise is treated together";
-const DROWNED: &str = "the torque noise that the innovation residual finds dwarfs the torque itself: the encoders are too coarse for it";
-// Torque noise by the spread of the torque beyond which a misfit passes for noise.
-const DWARFED: f64 = 10.0;
+const DROWNED: &str = "the innovation residual names nothing and finds more torque noise than there is torque: a misfit passes for noise";
 
 // The innovation residual about the model as it stands, where it is asked for or suits the runs, and why or why not.
 fn chosen(
@@ -88,13 +94,10 @@ fn chosen(
     };
     let plant = Plant::with_effects(robot, &prepared.base_specs(robot, catalogue), catalogue)?;
     form.renew(&plant, &plant.parameters());
-    if asked.is_none() && is_drowned(prepared, &form.present().torque_noise) {
-        return Ok((None, DROWNED));
-    }
     Ok((Some(form), why))
 }
 
-// True if the torque noise of a joint dwarfs what was logged of its torque.
+// True if the torque noise of a joint is larger than what was logged of its torque.
 fn is_drowned(prepared: &Prepared, noise: &[f64]) -> bool {
     let channels = prepared.sensors.channels.iter().enumerate();
     let torques = channels.filter(|(_, c)| c.sensor == Sensor::MotorTorque);
@@ -102,7 +105,7 @@ fn is_drowned(prepared: &Prepared, noise: &[f64]) -> bool {
         let values: Vec<f64> = prepared.records.iter().flat_map(|r| r.measured[c].iter().copied()).collect();
         std(&values)
     });
-    logged.zip(noise).any(|(logged, noise)| *noise > DWARFED * logged)
+    logged.zip(noise).any(|(logged, noise)| *noise > logged)
 }
 
 // Why the innovation residual does not suit the runs; none if it does.

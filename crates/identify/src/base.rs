@@ -53,6 +53,24 @@ fn tolerances(trust: Trust) -> [f64; 4] {
     }
 }
 
+/// Stated inertial deviations as the base takes them: of a robot whose inertias are known exactly to that tolerance,
+/// whatever a fit wrote beside them. What one fit cannot tell apart has no standard deviation of its own.
+pub(crate) fn trusted(robot: &Robot, stated: Vec<EffectSpec>) -> Vec<EffectSpec> {
+    if robot.trust != Trust::Exact {
+        return stated;
+    }
+    let own: Vec<EffectSpec> = (0..robot.model.joints.len()).flat_map(|j| inertial(robot, j)).collect();
+    let held = |mut spec: EffectSpec| {
+        if let Some(exact) = own.iter().find(|e| e.kind == spec.kind && e.place == spec.place) {
+            let is_std = |(key, _): &&(String, Setting)| key.ends_with("_std");
+            spec.settings.retain(|s| !is_std(&s));
+            spec.settings.extend(exact.settings.iter().filter(is_std).cloned());
+        }
+        spec
+    };
+    stated.into_iter().map(held).collect()
+}
+
 fn inertial(robot: &Robot, joint: usize) -> Vec<EffectSpec> {
     let model = &robot.model;
     // The link that stands in the joint's frame carries the body's deltas.
@@ -159,4 +177,20 @@ pub(crate) fn scope(robot: &Robot, sensors: &Sensors, runs: &[Run]) -> String {
         ));
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_robot_known_exactly_keeps_what_a_fit_wrote() {
+        let mut robot = Robot::rigid(sinew_model::samples::planar_arm(1, 1.5, 0.4));
+        let link = robot.model.links[1].name.clone();
+        let spec = EffectSpec::new("link_mass", Place::Link(link)).with("mass", 0.2).with("mass_std", 1e3);
+        assert_eq!(trusted(&robot, vec![spec.clone()]), [spec.clone()]);
+        robot.trust = Trust::Exact;
+        let held = &trusted(&robot, vec![spec])[0];
+        assert_eq!((held.number("mass"), held.number("mass_std")), (Some(0.2), Some(0.001 * 1.5)));
+    }
 }

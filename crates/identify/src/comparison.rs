@@ -6,7 +6,7 @@ use sinew_data::Run;
 use sinew_effect::Catalogue;
 use sinew_model::Robot;
 
-use crate::base::nuisances;
+use crate::base::{nuisances, trusted};
 use crate::before::{checked, held};
 use crate::colour::rows_of;
 use crate::problem::{Candidate, Problem};
@@ -179,7 +179,7 @@ impl Prepared {
 
     /// The effects of the robot with the nuisances of these runs.
     pub fn base_specs(&self, robot: &Robot, catalogue: &Catalogue) -> Vec<sinew_model::EffectSpec> {
-        let mut specs = robot.all_effects();
+        let mut specs = trusted(robot, robot.all_effects());
         specs.extend(nuisances(robot, catalogue, &self.sensors, &self.records));
         specs
     }

@@ -119,8 +119,10 @@ pub fn diagnose(
         findings.splice(0..0, begun.suspicions.iter().cloned());
         let explored = explore(search, base, None)?;
         let scope = scope(robot, &begun.prepared.sensors, runs);
-        let scope = format!("{scope}; {}", residual_told(search, &begun));
-        report(search, &explored, findings, scope)
+        let scope = format!("{scope}; {}", residual_told(search, begun));
+        let diagnosis = report(search, &explored, findings, scope)?;
+        let is_named = !diagnosis.accepted.is_empty();
+        Ok((diagnosis, is_named))
     })
 }
 

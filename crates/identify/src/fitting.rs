@@ -149,7 +149,7 @@ fn work(
     runs: &[Run],
     check: &[Run],
     options: &Options,
-    climb: impl FnOnce(&mut Search, State, Option<&Unseen>) -> Result<Explored, IdentifyError>,
+    climb: impl Fn(&mut Search, State, Option<&Unseen>) -> Result<Explored, IdentifyError>,
 ) -> Result<Fit, IdentifyError> {
     analysed(robot, catalogue, runs, options, |search, begun| {
         let robot = begun.robot;
@@ -183,9 +183,10 @@ fn work(
         let mut steps = vec![step(Vec::new(), &given_residual, given_unseen.as_ref())];
         steps.extend(explored.rungs.iter().map(|r| step(r.added.clone(), &r.residual, r.unseen.as_ref())));
         let scope = scope(robot, &prepared.sensors, runs);
-        let scope = format!("{scope}; {}", residual_told(search, &begun));
+        let scope = format!("{scope}; {}", residual_told(search, begun));
         let diagnosis = report(search, &explored, given.findings, scope)?;
-        Ok(finished(search, explored, diagnosis, steps, runs, check))
+        let is_named = !diagnosis.accepted.is_empty();
+        Ok((finished(search, explored, diagnosis, steps, runs, check), is_named))
     })
 }
 

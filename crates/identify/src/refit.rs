@@ -207,6 +207,9 @@ fn shorter_than_a_sample(model: &Candidate, own: &[usize], period: f64) -> Optio
     (time < period).then(|| format!("{:.2} ms are less than one sample", 1e3 * time))
 }
 
+// Standard deviations from zero of a stated parameter that is there for sure.
+const SURE: f64 = 3.0;
+
 // A stated parameter that must be positive and is driven to zero, or strengths that all vanish, speak against the
 // candidate.
 fn impossible(base: &Candidate, model: &Candidate, own: &[usize], added: &[usize]) -> Option<String> {
@@ -225,6 +228,8 @@ fn impossible(base: &Candidate, model: &Candidate, own: &[usize], added: &[usize
     let others = (0..model.unknowns.len()).filter(|k| !own.contains(k)).map(|k| (k, strength(k)));
     others.filter(|(_, (u, _))| positive(u) && !added.contains(&u.id.effect)).find_map(|(k, (u, value))| {
         let before = base.unknowns.get(k).map(|b| base.p[b.position])?;
-        (value < 0.1 * before).then(|| format!("drives {} to zero", name(u)))
+        // What is not sure to be there may go.
+        let is_sure = u.prior.is_none_or(|(mean, std)| mean > SURE * std);
+        (is_sure && value < 0.1 * before).then(|| format!("drives {} to zero", name(u)))
     })
 }

@@ -90,8 +90,9 @@ pub fn trial(
         let surrogates = surrogates(search, &explored.state)?;
         let false_acceptance = counted(&surrogates);
         let sentence = sentence(&false_acceptance);
-        let effects = explored.state.accepted.iter().map(|a| a.trial.label()).collect();
-        Ok(TrialReport { effects, false_acceptance, surrogates, sentence })
+        let effects: Vec<String> = explored.state.accepted.iter().map(|a| a.trial.label()).collect();
+        let is_named = !effects.is_empty();
+        Ok((TrialReport { effects, false_acceptance, surrogates, sentence }, is_named))
     })
 }
 
