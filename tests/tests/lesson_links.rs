@@ -62,7 +62,7 @@ fn tip(robot: &Robot, force: f64) -> (f64, f64) {
 }
 
 #[test]
-fn section_5_1_a_base_spring_gives_the_tip_k_phi_over_l_squared() {
+fn problem_4_a_base_spring_gives_the_tip_k_phi_over_l_squared() {
     // F L = k_φ φ, δ = L φ, F/δ = k_φ/L²
     let k = 500.0;
     let (deflection, turn) = tip(&bending(Bending::base_spring(LinkId(1), &['y'], k)), 10.0);
@@ -86,7 +86,7 @@ fn section_5_1_one_base_spring_matches_the_deflection_and_not_the_slope() {
 }
 
 #[test]
-fn problem_4_springs_at_the_base_and_in_the_middle_add_up_by_their_levers() {
+fn section_5_1_springs_at_the_base_and_in_the_middle_add_up_by_their_levers() {
     // δ = F (L²/k₁ + (L/2)²/k₂)
     let (k1, k2) = (900.0, 400.0);
     let springs = Bending {
@@ -118,7 +118,7 @@ fn section_5_2_the_extended_jacobian_puts_joints_and_links_into_one_map() {
 }
 
 #[test]
-fn problem_5_a_joint_and_a_base_spring_about_one_axis_are_springs_in_a_row() {
+fn section_5_2_a_joint_and_a_base_spring_about_one_axis_are_springs_in_a_row() {
     // 1/k = 1/K + 1/k_φ at the tip: L²/k
     let (K, k_phi) = (150.0, 500.0);
     let robot = bending(Bending::base_spring(LinkId(1), &['y'], k_phi));

@@ -72,7 +72,7 @@ impl CliError {
 
     /// What is wrong with the linear model of a robot.
     pub fn linear(file: &RobotFile, source: LinearError) -> Self {
-        Self::Linear { file: file.sidecar.file().to_owned(), source: Box::new(source) }
+        Self::Linear { file: crate::inputs::name(file), source: Box::new(source) }
     }
 }
 

@@ -28,10 +28,10 @@ pub(crate) struct Frf {
     #[arg(long, value_name = "SIGNAL")]
     to: String,
     /// Lowest frequency, Hz; default a tenth of the slowest pole or zero
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     low: Option<f64>,
     /// Highest frequency, Hz; default ten times the fastest pole or zero
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     high: Option<f64>,
     /// The response as a table (.csv): frequency_Hz, magnitude, phase_rad
     #[arg(short, long, value_name = "TABLE")]

@@ -6,7 +6,9 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::{Map, Value, json};
 use sinew_linear::{LinearError, Mode, modes};
-use sinew_model::{EffectSpec, JointKind, Link, LinkId, Model, Robot, Setting, Trust};
+use sinew_model::{
+    EffectSpec, Following, JointKind, Link, LinkId, Model, Robot, Setting, Trust, VirtualJoint,
+};
 use sinew_plant::Plant;
 use sinew_report::{number, quantity};
 
@@ -29,6 +31,7 @@ pub(crate) struct Info {
 /// A robot with its modes, or why it has none.
 struct Answer<'a> {
     robot: &'a Robot,
+    plant: &'a Plant,
     q: Vec<f64>,
     modes: Result<Vec<Mode>, LinearError>,
 }
@@ -42,7 +45,7 @@ impl Info {
         let plant: Plant = inputs::plant(&file)?;
         let q = position(&self.at, &file.robot.model)?;
         let modes = modes(&plant, &plant.parameters(), &q);
-        let answer = Answer { robot: &file.robot, q, modes };
+        let answer = Answer { robot: &file.robot, plant: &plant, q, modes };
         console.answer(&object(&answer), || text(&answer))
     }
 }
@@ -109,6 +112,13 @@ fn object(answer: &Answer) -> Value {
             "EI": b.flexural_rigidity, "stiffness": b.stiffness, "mass_per_length": b.mass_per_length,
         })
     });
+    let virtual_joint = |v: &VirtualJoint| {
+        json!({
+            "coordinate": answer.plant.coordinate(v), "link": model.links[v.link.0].name, "axis": v.axis,
+            "station": v.station, "stiffness": v.stiffness, "damping": v.damping,
+            "follows_its_load": v.following == Following::QuasiStatic,
+        })
+    };
     let effect = |e: &EffectSpec| {
         let values: Map<String, Value> =
             e.settings.iter().map(|(key, s)| (key.clone(), setting(s))).collect();
@@ -126,6 +136,7 @@ fn object(answer: &Answer) -> Value {
         "links": model.links.iter().map(link).collect::<Vec<_>>(),
         "couplings": couplings.collect::<Vec<_>>(),
         "bending": bending.collect::<Vec<_>>(),
+        "virtual_joints": answer.plant.virtual_joints().iter().map(virtual_joint).collect::<Vec<_>>(),
         "effects": robot.effects.iter().map(effect).collect::<Vec<_>>(),
         "at": answer.q,
         "modes": answer.modes.as_ref().ok().map(|all| all.iter().map(mode).collect::<Vec<_>>()),
@@ -180,8 +191,8 @@ fn text(answer: &Answer) -> String {
         let names: Vec<&str> = c.dofs.iter().map(|&dof| model.dof_name(dof)).collect();
         let _ = writeln!(out, "coupled transmission: {}", names.join(", "));
     }
-    for b in &robot.bending {
-        let _ = writeln!(out, "bending link: {} ({} springs)", model.links[b.link.0].name, b.springs);
+    if !robot.bending.is_empty() {
+        out += &(bending_table(answer.plant) + "\n\n");
     }
     match robot.effects.as_slice() {
         [] => out += "no further effects\n",
@@ -221,6 +232,23 @@ fn link_table(model: &Model, tool: LinkId) -> String {
         vec![name, format!("{} kg", number(link.inertia.mass)), carried]
     };
     table(&["link", ">mass", "moved by"], model.links.iter().enumerate().map(row))
+}
+
+fn bending_table(plant: &Plant) -> String {
+    let row = |v: &VirtualJoint| {
+        let follows = match v.following {
+            Following::QuasiStatic => "follows its load, no mode of its own",
+            _ => "",
+        };
+        vec![
+            plant.coordinate(v),
+            format!("{}, about {}", plant.model().links[v.link.0].name, v.axis),
+            quantity(v.station, "m"),
+            format!("{} N·m/rad", number(v.stiffness)),
+            follows.to_owned(),
+        ]
+    };
+    table(&["bends", "link", ">station", ">stiffness", ""], plant.virtual_joints().iter().map(row))
 }
 
 fn values(effect: &EffectSpec) -> String {

@@ -40,6 +40,16 @@ enum ResidualName {
     Innovation,
 }
 
+/// The file that says what a robot is: its sidecar, or the URDF where there is none.
+pub(crate) fn name(file: &RobotFile) -> String {
+    let sidecar = file.sidecar.file();
+    let urdf = sidecar.strip_suffix(".sinew.toml").map(|stem| format!("{stem}.urdf"));
+    match urdf {
+        Some(urdf) if !Path::new(sidecar).exists() && Path::new(&urdf).exists() => urdf,
+        _ => sidecar.to_owned(),
+    }
+}
+
 /// How the columns of a log are called.
 #[derive(Debug, Args)]
 pub(crate) struct Columns {
@@ -130,6 +140,6 @@ pub(crate) fn check_effects(file: &RobotFile) -> Result<(), CliError> {
 
 /// The plant of a robot.
 pub(crate) fn plant(file: &RobotFile) -> Result<Plant, CliError> {
-    let wrong = |source| CliError::Plant { file: file.sidecar.file().to_owned(), source: Box::new(source) };
+    let wrong = |source| CliError::Plant { file: name(file), source: Box::new(source) };
     Plant::new(&file.robot, &CATALOGUE).map_err(wrong)
 }

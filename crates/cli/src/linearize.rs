@@ -32,7 +32,7 @@ pub(crate) struct Linearize {
     #[arg(long, value_enum, default_value_t = Method::Balanced, requires = "order")]
     method: Method,
     /// Time between samples, s: the system that a computer sees, inputs held between
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     sample_time: Option<f64>,
     /// The model: .json, .mat (MATLAB) or .npz (NumPy)
     #[arg(short, long, value_name = "MODEL")]
@@ -180,7 +180,9 @@ fn slowest(robot: &AtRest, linear: &StateSpace) -> Result<String, CliError> {
     let free = poles.iter().filter(|l| beyond(l).abs() <= ROUNDING * scale).count();
     Ok(match (unstable, free) {
         (0, 0) => "stable: every motion dies out".to_owned(),
+        (0, 1) => "not unstable: 1 pole neither dies out nor grows".to_owned(),
         (0, free) => format!("not unstable: {free} poles neither die out nor grow"),
+        (1, _) => "unstable: 1 pole grows, as of an arm that falls over".to_owned(),
         (unstable, _) => format!("unstable: {unstable} poles grow, as of an arm that falls over"),
     })
 }

@@ -133,7 +133,8 @@ fn shapes(modes: &[Mode]) -> String {
         let row = |i: usize| {
             let entry = |mode: &Mode| {
                 let largest = mode.shape.iter().map(|s| s.1.abs()).fold(0.0, f64::max);
-                format!("{:.3}", mode.shape[i].1 / largest)
+                // no minus before a zero
+                format!("{:.3}", (1e3 * mode.shape[i].1 / largest).round() / 1e3 + 0.0)
             };
             std::iter::once(modes[0].shape[i].0.clone()).chain(modes.iter().map(entry)).collect()
         };

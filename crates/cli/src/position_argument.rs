@@ -12,7 +12,8 @@ pub(crate) fn position(text: &str, model: &Model) -> Result<Vec<f64>, CliError> 
     let parts: Vec<&str> = text.split(',').map(str::trim).filter(|p| !p.is_empty()).collect();
     let named = parts.iter().any(|p| p.contains('='));
     if !named && !parts.is_empty() && parts.len() != model.nv {
-        let what = format!("{} numbers for {} joints", parts.len(), model.nv);
+        let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+        let what = format!("{} for {}", count(parts.len(), "number"), count(model.nv, "joint"));
         return Err(CliError::usage(format!("position \"{text}\""), what, help()));
     }
     for (k, part) in parts.iter().enumerate() {

@@ -31,7 +31,7 @@ pub(crate) struct Rest {
     #[arg(long, value_name = "RAD", allow_negative_numbers = true, default_value_t = Amplitude::default().size)]
     amplitude: f64,
     /// Frequency of that motion, Hz
-    #[arg(long, value_name = "HZ", default_value_t = Amplitude::default().frequency)]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, default_value_t = Amplitude::default().frequency)]
     frequency: f64,
 }
 
@@ -74,7 +74,8 @@ impl Rest {
         };
         if !plant.elastic().contains(&true) && plant.virtual_joints().is_empty() {
             console.say(&format!(
-                "{}: no joint is elastic and no link bends: what swings is held by gravity and by effects alone\n  help: state `stiffness` in [joints.…] of the sidecar",
+                "{}: no joint is elastic and no link bends: what swings is held by gravity and by effects alone\n  help: state `stiffness` in [joints.…] of {}",
+                inputs::name(&file),
                 file.sidecar.file()
             ));
         }
@@ -104,7 +105,7 @@ impl Rest {
         let gain = |g: &sinew_linear::Gain| {
             json!({
                 "follows": port(g.input, model), "acts_on": port(g.output, model),
-                "stiffness": -g.position, "damping": -g.rate,
+                "stiffness": 0.0 - g.position, "damping": 0.0 - g.rate,
             })
         };
         let one = |d: &Described| {

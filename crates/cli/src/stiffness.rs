@@ -13,6 +13,7 @@ use crate::inputs;
 use crate::plot_file::PlotFile;
 use crate::position_argument::position;
 use crate::stiffness_answer::{self, Answer, object, text};
+use crate::stiffness_measured::Measured;
 use crate::stiffness_scan::{self, Scan};
 use crate::vector_argument::three_numbers;
 
@@ -22,7 +23,7 @@ pub(crate) struct Stiffness {
     /// Sidecar or URDF
     robot: PathBuf,
     /// Where the robot is before any load: "q1,…" in the order of `sinew info`, or "joint=value,…" (joints not named are 0)
-    #[arg(long, value_name = "Q", allow_hyphen_values = true, required_unless_present = "along")]
+    #[arg(long, value_name = "Q", allow_hyphen_values = true, required_unless_present_any = ["along", "measured"])]
     at: Option<String>,
     /// Force on the tool, N, constant in base axes: "x,y,z"
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
@@ -38,6 +39,8 @@ pub(crate) struct Stiffness {
     no_gravity: bool,
     #[command(flatten)]
     scan: Scan,
+    #[command(flatten)]
+    measured: Measured,
     #[command(flatten)]
     plot: PlotFile,
 }
@@ -59,6 +62,9 @@ impl Stiffness {
             text.as_ref().map_or(Ok([0.0; 3]), |text| three_numbers(flag, text))
         };
         let (moment, force) = (part("--moment", &self.moment)?, part("--force", &self.force)?);
+        if let Some(told) = self.measured.fit(&file, &plant, &q, link)? {
+            return console.answer(&told.object(), || told.text());
+        }
         let p = plant.parameters();
         let linear = |source: sinew_linear::LinearError| CliError::linear(&file, source);
         let load = (self.force.is_some() || self.moment.is_some())

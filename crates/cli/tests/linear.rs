@@ -276,3 +276,60 @@ fn wrong_input_is_answered_with_what_is_allowed() {
     }
     assert!(!bench.dir.join("model.csv").exists());
 }
+
+#[test]
+fn a_link_that_bends_without_mass_is_in_every_mode_and_has_none_of_its_own() {
+    let bending = "\n[links.upper_arm.bending]\nlength = 0.3\nEI = 900.0\naxes = [\"y\"]\nsprings = 2\n";
+    let bench = Bench::with("massless", &(SIDECAR.to_owned() + bending));
+    let told = bench.json(&["info", "arm.sinew.toml"]);
+    let joints = told["virtual_joints"].as_array().unwrap();
+    assert_eq!((joints.len(), &joints[0]["coordinate"]), (2, &"v.upper_arm.1".into()));
+    assert_eq!((&joints[1]["axis"], &joints[1]["follows_its_load"]), (&"y".into(), &true.into()));
+    assert_eq!(told["modes"].as_array().unwrap().len(), 4);
+    let text = bench.text(&["info", "arm.sinew.toml"]);
+    assert!(text.contains("v.upper_arm.2") && text.contains("follows its load"), "{text}");
+    let at = ["modes", "arm.sinew.toml", "--at", HANGING];
+    let soft = bench.json(&at);
+    let stiff = Bench::new("massless-stiff").json(&at);
+    let omega = |told: &Value| {
+        told["modes"].as_array().unwrap().iter().map(|m| m["omega"].as_f64().unwrap()).collect::<Vec<_>>()
+    };
+    assert_eq!(omega(&soft).len(), 4);
+    assert!(omega(&soft).iter().zip(omega(&stiff)).all(|(soft, stiff)| *soft < stiff * 1.001));
+    let parts =
+        |m: &Value| m["participation"].as_array().unwrap().iter().any(|s| s["part"] == "upper_arm bending");
+    assert!(soft["modes"].as_array().unwrap().iter().any(parts), "{soft}");
+    bench.text(&[
+        "frf",
+        "arm.sinew.toml",
+        "--at",
+        HANGING,
+        "--from",
+        "motor_torque.elbow",
+        "--to",
+        "joint_position.elbow",
+    ]);
+}
+
+#[test]
+fn a_drawing_is_readable_where_svg_knows_no_variables_and_an_error_names_the_file_that_is_there() {
+    let bench = Bench::new("plain");
+    bench.text(&["modes", "arm.sinew.toml", "--plot", "shapes.svg"]);
+    let drawing = std::fs::read_to_string(bench.dir.join("shapes.svg")).unwrap();
+    assert!(!drawing.contains("var(") && drawing.contains("fill: #1c1f24"), "{drawing}");
+    std::fs::remove_file(bench.dir.join("arm.sinew.toml")).unwrap();
+    let message =
+        bench.refused(&["frf", "arm.urdf", "--from", "motor_torque.elbw", "--to", "joint_position.elbow"]);
+    assert!(message.contains("arm.urdf: signal \"motor_torque.elbw\""), "{message}");
+    let message = bench.refused(&[
+        "frf",
+        "arm.urdf",
+        "--from",
+        "motor_torque.elbow",
+        "--to",
+        "joint_position.elbow",
+        "--low",
+        "-1",
+    ]);
+    assert!(message.contains("--low: must be greater than zero (got -1 Hz)"), "{message}");
+}

@@ -210,7 +210,7 @@ fn wrong_input_is_answered_with_one_message() {
     let bench = Bench::new("wrong");
     let at = ["stiffness", "arm.sinew.toml", "--at", "0,0"];
     for (arguments, words) in [
-        (vec!["stiffness", "arm.sinew.toml", "--at", "0"], vec!["1 numbers for 2 joints", "shoulder, elbow"]),
+        (vec!["stiffness", "arm.sinew.toml", "--at", "0"], vec!["1 number for 2 joints", "shoulder, elbow"]),
         (vec!["stiffness", "arm.sinew.toml", "--at", "elbw=1"], vec!["elbw", "did you mean \"elbow\"?"]),
         (vec!["stiffness", "arm.sinew.toml", "--at", "nan,0"], vec!["\"nan\" is not a number"]),
         ([&at[..], &["--link", "flang"]].concat(), vec!["--link", "flang", "did you mean \"flange\"?"]),

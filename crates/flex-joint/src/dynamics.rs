@@ -89,15 +89,18 @@ impl ElasticJoints {
         qdd: &mut [S],
         thetadd: &mut [S],
     ) {
-        self.push_links(ws, q, qd, theta, thetad, tau_m);
+        self.drive_links(ws, q, qd, theta, thetad, tau_m);
+        if self.has_moving_rotors() {
+            self.ride(ws, q, qd, thetad, tau_m);
+        }
         let bodies = Scratch::bodies(self, &ws.inertia, &ws.armature);
         forward_dynamics_with(&bodies, &mut ws.rigid, q, qd, &ws.tau, qdd);
         self.spin_motors(ws, tau_m, qdd, thetadd);
     }
 
-    /// The torques that move the links: of the springs, of rigid joints' motors, of the rotors they carry.
+    /// Torques of the springs and of rigid joints' motors on the links.
     #[inline(always)]
-    pub(crate) fn push_links<S: Scalar>(
+    fn drive_links<S: Scalar>(
         &self,
         ws: &mut Scratch<S>,
         q: &[S],
@@ -113,6 +116,21 @@ impl ElasticJoints {
         for dof in 0..nv {
             ws.tau[dof] = if self.elastic[dof] { ws.tau_j[dof] } else { tau_m[dof] };
         }
+    }
+
+    /// The torques that move the links: of the springs, of rigid joints' motors, of the rotors they carry. Turning links
+    /// and spinning rotors are left in the world's axes for derivatives.
+    #[inline(always)]
+    pub(crate) fn push_links<S: Scalar>(
+        &self,
+        ws: &mut Scratch<S>,
+        q: &[S],
+        qd: &[S],
+        theta: &[S],
+        thetad: &[S],
+        tau_m: &[S],
+    ) {
+        self.drive_links(ws, q, qd, theta, thetad, tau_m);
         if !self.has_moving_rotors() {
             return;
         }
@@ -138,11 +156,7 @@ impl ElasticJoints {
             thetadd[dof] = if self.elastic[dof] { alone } else { qdd[dof] };
         }
         if self.has_moving_rotors() {
-            self.accelerate(&mut ws.turn, qdd);
-        }
-        for (rotor, spin) in self.rotors.iter().zip(&ws.spin) {
-            // θ̈ = θ̈ − u·α/N
-            thetadd[rotor.dof] -= spin.axis.dot(ws.turn[rotor.row].acceleration) * rotor.ratio;
+            self.swing_rotors(ws, qdd, thetadd);
         }
     }
 
@@ -201,7 +215,10 @@ wide_forms! {
         thetadd: &mut [f64],
     ) {
         let Workspace { links, scratch } = ws;
-        joints.push_links(scratch, q, qd, theta, thetad, tau_m);
+        joints.drive_links(scratch, q, qd, theta, thetad, tau_m);
+        if joints.has_moving_rotors() {
+            joints.ride(scratch, q, qd, thetad, tau_m);
+        }
         if joints.armature {
             let bodies = Scratch::bodies(joints, &scratch.inertia, &scratch.armature);
             forward_dynamics_with(&bodies, &mut scratch.rigid, q, qd, &scratch.tau, qdd);

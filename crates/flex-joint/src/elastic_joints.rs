@@ -80,7 +80,8 @@ impl ElasticJoints {
     /// own numbers.
     ///
     /// # Errors
-    /// If an elastic joint has no rotor inertia, or a K or D is not symmetric and positive.
+    /// If an elastic joint has no rotor inertia, a K or D is not symmetric and positive, or a link bends. Effects of
+    /// [`Robot::effects`] are no part of this model.
     pub fn new(robot: &Robot) -> Result<Self, FlexJointError> {
         Self::build(robot, None)
     }
@@ -99,6 +100,10 @@ impl ElasticJoints {
     }
 
     fn build(robot: &Robot, spin: Option<SpinInertia>) -> Result<Self, FlexJointError> {
+        if let Some(bending) = robot.bending.first() {
+            let link = robot.model.links[bending.link.0].name.clone();
+            return Err(FlexJointError::Bends { link });
+        }
         let (model, mechanism) = (robot.model.clone(), Mechanism::new(&robot.model));
         let mut elastic = vec![false; model.nv];
         let (mut springs, mut groups) = (Vec::new(), Vec::new());
@@ -220,7 +225,7 @@ fn entries(coupling: &Coupling, K: &DMatrix<f64>, D: &DMatrix<f64>) -> Vec<Sprin
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sinew_model::samples;
+    use sinew_model::{Bending, LinkId, samples};
 
     fn arm() -> Robot {
         let mut robot = Robot::rigid(samples::planar_arm(2, 1.5, 0.4));
@@ -250,6 +255,16 @@ mod tests {
         robot.joints[1].rotor_inertia = 0.0;
         let error = ElasticJoints::new(&robot).unwrap_err().to_string();
         assert!(error.starts_with("joint \"joint_2\": an elastic joint needs a rotor inertia"), "{error}");
+    }
+
+    #[test]
+    fn a_link_that_bends_is_refused_by_name_and_not_taken_for_rigid() {
+        let mut robot = arm();
+        robot.bending.push(Bending::base_spring(LinkId(1), &['y'], 4e3));
+        for model in [ElasticJoints::new(&robot), ElasticJoints::complete(&robot, SpinInertia::BesideLinks)] {
+            let error = model.unwrap_err().to_string();
+            assert!(error.starts_with("link \"link_1\": it bends") && error.contains("help:"), "{error}");
+        }
     }
 
     #[test]

@@ -16,6 +16,14 @@ pub enum FlexJointError {
         /// Its rotor inertia, kg·m².
         got: f64,
     },
+    /// A link that bends, which joints alone do not describe.
+    #[error(
+        "link \"{link}\": it bends, and a model of elastic joints has rigid links\n  help: `sinew_plant::Plant` takes both together; or clear `Robot::bending` to have the link rigid"
+    )]
+    Bends {
+        /// The link.
+        link: String,
+    },
     /// A spring that does not pull back, or a damper that drives.
     #[error(
         "joints {}: {what} is not symmetric and positive (got {got})\n  help: {what} must be a symmetric matrix with positive eigenvalues; damping may also have zeros", joints.join(", ")

@@ -1,16 +1,16 @@
 //! Linear models along a motion.
 
-use sinew_plant::{Plant, State};
+use sinew_plant::{Dynamics, Plant, Rates, State};
 
-use crate::describing::{Described, Nonlinear, describe};
+use crate::describing::{Described, Nonlinear, describe, refuse_beside_followers};
 use crate::linearizer::{Linearizer, Matrices, OUTPUTS};
-use crate::state_space::{check, of_joints};
+use crate::state_space::of_joints;
 use crate::{LinearError, Options};
 
 /// A moment of a motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Moment {
-    /// Where the robot is and how fast.
+    /// Where the robot is and how fast, as [`Dynamics::forward`] takes it.
     pub x: State<f64>,
     /// The torques that act on its motors, N·m (N).
     pub tau_m: Vec<f64>,
@@ -52,18 +52,21 @@ pub fn linearize_along(
     motion: &[Moment],
     options: &Options,
 ) -> Result<Along, LinearError> {
-    check(plant)?;
+    plant.check_driven()?;
     let amplitude = match options.nonlinear {
         Nonlinear::Slope => None,
         Nonlinear::Describe(amplitude) | Nonlinear::Refuse(amplitude) => Some(amplitude),
     };
-    let mut plain = Linearizer::new(plant, p);
+    let (mut plain, mut dynamics, mut rates) =
+        (Linearizer::new(plant, p), Dynamics::new(plant, p), Rates::new(plant));
     // Effects with own states are replaced everywhere or nowhere, so that all models have the same states.
     let of_states = Linearizer::with_gains(plant, p, &with_states(plant, amplitude.is_some()), Vec::new());
     let layout = of_states.layout.clone();
     let (mut models, mut all) = (Vec::new(), Vec::new());
     for moment in motion {
-        let found = amplitude.map_or_else(Vec::new, |a| describe(plant, p, &moment.x, a));
+        dynamics.forward(&moment.x, &moment.tau_m, &mut rates);
+        let stands = dynamics.settled().unwrap_or(&moment.x);
+        let found = amplitude.map_or_else(Vec::new, |a| describe(plant, p, stands, a));
         if let (Nonlinear::Refuse(amplitude), false) = (options.nonlinear, found.is_empty()) {
             return Err(LinearError::NotLinear {
                 robot: plant.model().name.clone(),
@@ -72,6 +75,7 @@ pub fn linearize_along(
                 frequency: amplitude.frequency,
             });
         }
+        refuse_beside_followers(plant, &found)?;
         let (indices, described): (Vec<usize>, Vec<Described>) = found.into_iter().unzip();
         let model = if indices.is_empty() {
             plain.at(&moment.x, &moment.tau_m).clone()

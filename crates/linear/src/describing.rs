@@ -3,8 +3,10 @@
 use core::f64::consts::TAU;
 
 use sinew_effect::{Act, Derivative, Kind, Relaxation, Site};
+use sinew_model::{Following, VirtualJoint};
 use sinew_plant::{Dynamics, ImposedOut, LinkState, MotorMotion, Plant, State};
 
+use crate::LinearError;
 use crate::layout::Layout;
 use crate::seeds::{constants, lift};
 
@@ -185,6 +187,28 @@ pub(crate) fn describe(
         }
     }
     found
+}
+
+/// Refuses gains behind an elastic gear of a plant whose links follow their load at once: such a force would bend those
+/// links too.
+pub(crate) fn refuse_beside_followers(
+    plant: &Plant,
+    found: &[(usize, Described)],
+) -> Result<(), LinearError> {
+    let follows = |v: &&VirtualJoint| v.following == Following::QuasiStatic;
+    let Some(follower) = plant.virtual_joints().iter().find(follows) else { return Ok(()) };
+    let behind = |port: Port| match port {
+        Port::Motor(_) => false,
+        Port::Link(dof) | Port::Spring(dof) => plant.elastic()[dof],
+    };
+    let bends = |d: &&Described| d.gains.iter().any(|g| behind(g.input) || behind(g.output));
+    match found.iter().map(|(_, d)| d).find(bends) {
+        None => Ok(()),
+        Some(described) => Err(LinearError::BesideFollower {
+            effect: described.effect.clone(),
+            link: plant.model().links[follower.link.0].name.clone(),
+        }),
+    }
 }
 
 fn alike(swung: f64, slope: f64, size: f64) -> bool {

@@ -49,6 +49,7 @@ impl Equilibrium {
         let mut dynamics = Dynamics::new(plant, p);
         dynamics.imposed_torque(&x, motion, &mut out);
         let needed = out.tau_j.clone();
+        x.q = dynamics.position_standing_at(&q);
         solve_springs(plant, p, &mut x, &needed)?;
         // The motors' own forces where they now stand.
         let (mut rates, hold) = (Rates::new(plant), out.tau_m.clone());

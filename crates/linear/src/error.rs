@@ -19,11 +19,13 @@ pub enum LinearError {
         /// The torque that no spring carries.
         missing: f64,
     },
-    /// A link that bends without inertia.
+    /// An effect between motor and link that is not linear, beside a link that follows its load at once.
     #[error(
-        "link \"{link}\": bends without inertia, so it has no frequency of its own\n  help: state `mass_per_length` in [links.{link}.bending], or lump its compliance into a joint's `stiffness`"
+        "effect \"{effect}\": it is not linear and acts behind an elastic gear, where link \"{link}\" follows its load at once; no describing function is made there\n  help: take its slope (`--nonlinear slope`), leave it out, or state `mass_per_length` in [links.{link}.bending]"
     )]
-    WithoutInertia {
+    BesideFollower {
+        /// `effect@place`.
+        effect: String,
         /// The link.
         link: String,
     },

@@ -35,6 +35,9 @@ impl Coordinate {
     }
 }
 
+/// In place of the place of a virtual joint that follows its load at once and so has no state.
+pub(crate) const FOLLOWS: usize = usize::MAX;
+
 /// Positions, their rates, then own states of effects: each `q`, then `theta`, then virtual joints.
 #[derive(Debug, Clone)]
 pub(crate) struct Layout {
@@ -46,7 +49,7 @@ pub(crate) struct Layout {
     pub driven: Vec<usize>,
     /// The own states that are kept, as places in the plant's `z`.
     pub own: Vec<usize>,
-    /// The place of each degree of freedom's link among the positions.
+    /// The place of each degree of freedom's link among the positions; [`FOLLOWS`] where it has none.
     pub link: Vec<usize>,
     /// The place of each degree of freedom's motor; that of its link where the joint is rigid.
     pub motor: Vec<usize>,
@@ -59,12 +62,12 @@ impl Layout {
         let joints = plant.joints();
         let links = joints.iter().map(|&dof| Coordinate::Link(dof));
         let motors = joints.iter().filter(|&&dof| plant.elastic()[dof]).map(|&dof| Coordinate::Motor(dof));
-        let bends = plant.virtual_joints().iter().map(|v| Coordinate::Bend(v.dof));
+        let swings = plant.virtual_joints().iter().filter(|v| plant.moving().contains(&v.dof));
+        let bends = swings.map(|v| Coordinate::Bend(v.dof));
         let coordinates: Vec<Coordinate> = links.chain(motors).chain(bends).collect();
         let place = |c: Coordinate| coordinates.iter().position(|&other| other == c);
         let either = |dof: usize| place(Coordinate::Link(dof)).or_else(|| place(Coordinate::Bend(dof)));
-        let link: Vec<usize> =
-            (0..nv).map(|dof| either(dof).expect("every degree of freedom has a position")).collect();
+        let link: Vec<usize> = (0..nv).map(|dof| either(dof).unwrap_or(FOLLOWS)).collect();
         let motor = (0..nv).map(|dof| place(Coordinate::Motor(dof)).unwrap_or(link[dof])).collect();
         let kept = (0..plant.effects().len()).filter(|&k| keeps(k));
         let own = kept.flat_map(|k| plant.own_states(k)).collect();
@@ -79,6 +82,11 @@ impl Layout {
     /// Number of states.
     pub fn len(&self) -> usize {
         2 * self.positions() + self.own.len()
+    }
+
+    /// True if some link follows its load at once: then a link's coordinate counts with what such links behind it bend.
+    pub fn follows(&self) -> bool {
+        self.link.contains(&FOLLOWS)
     }
 
     /// True if the joint of `dof` is elastic.

@@ -1,13 +1,16 @@
 //! Linear models of a plant at any state, without allocation from one to the next.
 
-use faer::Mat;
+use faer::linalg::solvers::DenseSolveCore;
+use faer::{Mat, Side};
 use sinew_effect::{Act, Derivative, Relaxation, Site};
 use sinew_model::{Inertia, Vector3};
 use sinew_plant::{Dynamics, ImposedOut, LinkState, Plant, Rates, State};
-use sinew_rigid::{Bodies, Scratch, forward_dynamics_derivatives_with, inverse_mass_matrix_with};
+use sinew_rigid::{
+    Bodies, Scratch, forward_dynamics_derivatives_with, inverse_mass_matrix_with, mass_matrix_with,
+};
 
 use crate::describing::Gain;
-use crate::layout::{Coordinate, Layout};
+use crate::layout::{Coordinate, FOLLOWS, Layout};
 use crate::seeds::{chunks, constants};
 
 /// The quantities of the outputs, each of every driven joint.
@@ -46,8 +49,9 @@ pub struct Linearizer<'a> {
     plain: Dynamics<'a, f64>,
     seeded: Dynamics<'a, Derivative>,
     gains: Vec<Gain>,
-    /// A friction in a rigid joint depends on the torque that the joint hands on: only the whole dynamics knows it.
-    loaded: bool,
+    /// A friction in a rigid joint depends on the torque that the joint hands on, or links follow their load at once:
+    /// only the whole dynamics knows it.
+    whole: bool,
     x: LinkState<Derivative>,
     still: Vec<Derivative>,
     forces: ImposedOut<Derivative>,
@@ -78,6 +82,8 @@ struct Work {
     on_link: Vec<f64>,
     on_motor: Vec<f64>,
     spring: Vec<f64>,
+    /// ∂/∂x of where joints stand, nv × states by columns.
+    stands: Vec<f64>,
 }
 
 impl<'a> Linearizer<'a> {
@@ -104,13 +110,14 @@ impl<'a> Linearizer<'a> {
             armature,
             scratch: Scratch::new(plant.model()),
         };
-        let loaded = plant.effects().iter().enumerate().any(|(k, e)| {
-            let rigid = match e.effect.site() {
-                Site::Dof(dof) => !layout.is_elastic(dof),
-                _ => true,
-            };
-            smooth(k) && rigid && e.effect.acts().contains(&Act::LoadedMotorForce)
-        });
+        let whole = layout.follows()
+            || plant.effects().iter().enumerate().any(|(k, e)| {
+                let rigid = match e.effect.site() {
+                    Site::Dof(dof) => !layout.is_elastic(dof),
+                    _ => true,
+                };
+                smooth(k) && rigid && e.effect.acts().contains(&Act::LoadedMotorForce)
+            });
         let work = Work {
             torque: vec![0.0; nv],
             by_position: vec![0.0; nv * nv],
@@ -119,6 +126,7 @@ impl<'a> Linearizer<'a> {
             on_link: vec![0.0; nv * n],
             on_motor: vec![0.0; nv * n],
             spring: vec![0.0; nv * n],
+            stands: vec![0.0; nv * n],
         };
         let outputs = OUTPUTS.len() * m;
         let matrices = Matrices {
@@ -137,7 +145,7 @@ impl<'a> Linearizer<'a> {
             layout,
             plain,
             gains,
-            loaded,
+            whole,
             x,
             bodies,
             work,
@@ -151,7 +159,7 @@ impl<'a> Linearizer<'a> {
     /// If `x` is of another plant, or `tau_m` has the wrong length.
     pub fn at(&mut self, x: &State<f64>, tau_m: &[f64]) -> &Matrices {
         assert_eq!(tau_m.len(), self.layout.nv, "tau_m: one torque for each degree of freedom");
-        if self.loaded {
+        if self.whole {
             self.by_dual_numbers(x, tau_m);
         } else {
             self.forces(x);
@@ -180,9 +188,16 @@ impl<'a> Linearizer<'a> {
         &self.matrices
     }
 
-    /// ∂τ_j/∂x of elastic joints, nv × states by columns, at the state last taken.
-    pub(crate) fn spring_slopes(&self) -> &[f64] {
-        &self.work.spring
+    /// How far each degree of freedom moves in a motion of the positions `shape`, at the state last taken: links that
+    /// follow their load included.
+    pub(crate) fn displacement(&self, shape: &[f64]) -> Vec<f64> {
+        let layout = &self.layout;
+        if !layout.follows() {
+            return layout.link.iter().map(|&place| shape[place]).collect();
+        }
+        let by_position = |dof: usize, k: usize| self.work.stands[dof + layout.nv * k];
+        let of = |dof: usize| shape.iter().enumerate().map(|(k, s)| by_position(dof, k) * s).sum();
+        (0..layout.nv).map(of).collect()
     }
 
     // Derivatives of the forces of springs and effects, and the rates of own states.
@@ -322,8 +337,8 @@ impl<'a> Linearizer<'a> {
 
     /// The same by dual numbers through the whole dynamics.
     pub(crate) fn by_dual_numbers(&mut self, x: &State<f64>, tau_m: &[f64]) -> &Matrices {
-        let Self { layout, seeded, x: state, matrices, .. } = self;
-        let (n, m) = (layout.len(), layout.driven.len());
+        let Self { layout, seeded, x: state, matrices, work, .. } = self;
+        let (n, m, nv) = (layout.len(), layout.driven.len(), layout.nv);
         state.set_values(x);
         let mut tau = constants(tau_m);
         let mut rates = Rates::new(seeded.plant());
@@ -345,12 +360,16 @@ impl<'a> Linearizer<'a> {
             let own = layout.own.iter().map(|&z| rates.zd[z]).collect();
             let speeds = by_coordinate(&state.qd, &state.thetad);
             let rate = [speeds, by_coordinate(&rates.qdd, &rates.thetadd), own].concat();
-            let output = [&state.theta[..], &state.thetad, &state.q, &state.qd, &rates.tau_j];
+            let stands = seeded.settled().unwrap_or(state);
+            let output = [&state.theta[..], &state.thetad, &stands.q, &stands.qd, &rates.tau_j];
             for (direction, k) in chunk.clone().enumerate() {
                 let (into_rate, into_output, column) = match k {
                     k if k < n => (&mut matrices.A, &mut matrices.C, k),
                     k => (&mut matrices.B, &mut matrices.D, k - n),
                 };
+                for (dof, q) in stands.q.iter().enumerate().filter(|_| k < n) {
+                    work.stands[dof + nv * k] = q.derivative[direction];
+                }
                 for (row, value) in rate.iter().enumerate() {
                     into_rate[(row, column)] = value.derivative[direction];
                 }
@@ -383,7 +402,11 @@ impl<'a> Linearizer<'a> {
             gravity: c.gravity,
             armature: &c.armature,
         };
-        inverse_mass_matrix_with(&bodies, &mut c.scratch, &x.q, &mut w.by_torque);
+        if layout.follows() {
+            inverse_of_moving(layout, &bodies, &mut c.scratch, &x.q, &mut w.by_torque);
+        } else {
+            inverse_mass_matrix_with(&bodies, &mut c.scratch, &x.q, &mut w.by_torque);
+        }
         for forces in [&mut w.on_link, &mut w.on_motor, &mut w.spring] {
             forces.fill(0.0);
         }
@@ -394,7 +417,7 @@ impl<'a> Linearizer<'a> {
         for k in 0..n {
             let of = |forces: &[f64], dof: usize| forces[dof + nv * k];
             let link = |i: usize| (0..nv).map(|j| w.by_torque[i + nv * j] * of(&w.on_link, j)).sum::<f64>();
-            for i in 0..nv {
+            for i in (0..nv).filter(|&i| layout.link[i] != FOLLOWS) {
                 A[(np + layout.link[i], k)] += link(i);
                 if layout.is_elastic(i) {
                     A[(np + layout.motor[i], k)] += of(&w.on_motor, i) / c.rotor[i];
@@ -407,6 +430,29 @@ impl<'a> Linearizer<'a> {
                     of(&w.on_motor, dof) - c.rotor[dof] * link(dof)
                 };
             }
+        }
+    }
+}
+
+// M⁻¹ with the joints that follow their load held straight: their rows and columns are zero.
+fn inverse_of_moving(
+    layout: &Layout,
+    bodies: &Bodies<f64>,
+    scratch: &mut Scratch<f64>,
+    q: &[f64],
+    inverse: &mut [f64],
+) {
+    let nv = layout.nv;
+    mass_matrix_with(bodies, scratch, q, inverse);
+    let moving: Vec<usize> = (0..nv).filter(|&i| layout.link[i] != FOLLOWS).collect();
+    let M = Mat::from_fn(moving.len(), moving.len(), |i, j| inverse[moving[i] + nv * moving[j]]);
+    inverse.fill(0.0);
+    // A mass matrix that is not definite shows as modes that have no Cholesky factor.
+    let Ok(cholesky) = M.llt(Side::Lower) else { return };
+    let of_moving = cholesky.inverse();
+    for (column, &j) in moving.iter().enumerate() {
+        for (row, &i) in moving.iter().enumerate() {
+            inverse[i + nv * j] = of_moving[(row, column)];
         }
     }
 }

@@ -4,7 +4,9 @@ use faer::Mat;
 use sinew_effect::{Act, DIRECTIONS};
 use sinew_model::{Inertia, JointId, VirtualJoint};
 use sinew_plant::{Dynamics, ImposedOut, Plant};
-use sinew_rigid::{Bodies, Scratch, inverse_dynamics_derivatives_with, kinetic_energy_with};
+use sinew_rigid::{
+    Bodies, Scratch, inverse_dynamics_derivatives_with, kinetic_energy_with, mass_matrix_with,
+};
 
 use crate::describing::Port;
 use crate::layout::Coordinate;
@@ -52,7 +54,7 @@ impl<'m, 'a> Energies<'m, 'a> {
         let mut scratch = Scratch::new(plant.model());
         let (still, zeros) = (vec![0.0; nv], || vec![0.0; nv * nv]);
         let (mut gravity, mut by_velocity, mut links) = (zeros(), zeros(), zeros());
-        let q = &mechanical.x.q;
+        let q = &mechanical.stands.q;
         inverse_dynamics_derivatives_with(
             &bodies,
             &mut scratch,
@@ -63,6 +65,10 @@ impl<'m, 'a> Energies<'m, 'a> {
             &mut by_velocity,
             &mut links,
         );
+        if layout.follows() {
+            // They carry no inertia, and the others are where they are with straight links.
+            mass_matrix_with(&bodies, &mut scratch, &mechanical.x.q, &mut links);
+        }
         let mass = Mat::from_fn(layout.positions(), layout.positions(), |i, j| {
             match (layout.coordinates[i], layout.coordinates[j]) {
                 (Coordinate::Motor(i), Coordinate::Motor(j)) if i == j => c.rotor[i],
@@ -79,27 +85,27 @@ impl<'m, 'a> Energies<'m, 'a> {
     pub fn potential(&self, shapes: &Mat<f64>, stiffest: f64) -> Vec<Vec<Share>> {
         let layout = &self.mechanical.linearizer.layout;
         let (nv, np) = (layout.nv, layout.positions());
-        let spring = self.mechanical.linearizer.spring_slopes();
+        let (m, C) = (layout.driven.len(), &self.mechanical.matrices.C);
         let mut all: Vec<Vec<Share>> = Vec::new();
         for mode in 0..shapes.ncols() {
-            let shape = shapes.col(mode);
+            let shape: Vec<f64> = shapes.col(mode).iter().copied().collect();
+            let moves = self.mechanical.linearizer.displacement(&shape);
             let mut parts = Vec::new();
-            for dof in (0..nv).filter(|&i| layout.is_elastic(i)) {
+            for (row, &dof) in layout.driven.iter().enumerate().filter(|&(_, &i)| layout.is_elastic(i)) {
                 // ½ δ ∂τ_j
-                let torque: f64 = (0..np).map(|k| spring[dof + nv * k] * shape[k]).sum();
-                let deflection = shape[layout.motor[dof]] - shape[layout.link[dof]];
+                let torque: f64 = (0..np).map(|k| C[(4 * m + row, k)] * shape[k]).sum();
+                let deflection = shape[layout.motor[dof]] - moves[dof];
                 let part = format!("{} spring", self.plant.model().dof_name(dof));
                 parts.push(Share { part, share: 0.5 * deflection * torque });
             }
             for v in self.plant.virtual_joints() {
                 // ½ K v²
-                let bend = shape[layout.link[v.dof]];
+                let bend = moves[v.dof];
                 add(&mut parts, self.bending(v), 0.5 * v.stiffness * bend * bend);
             }
             // ½ φᵀ (∂g/∂q) φ
-            let link = |dof: usize| shape[layout.link[dof]];
-            let row = |i: usize| (0..nv).map(|j| self.gravity[i + nv * j] * link(j)).sum::<f64>();
-            let weight = (0..nv).map(|i| 0.5 * link(i) * row(i)).sum();
+            let row = |i: usize| (0..nv).map(|j| self.gravity[i + nv * j] * moves[j]).sum::<f64>();
+            let weight = (0..nv).map(|i| 0.5 * moves[i] * row(i)).sum();
             parts.push(Share { part: "gravity".into(), share: weight });
             all.push(parts);
         }
@@ -119,6 +125,16 @@ impl<'m, 'a> Energies<'m, 'a> {
     fn add_effects(&self, shapes: &Mat<f64>, all: &mut [Vec<Share>]) {
         let layout = &self.mechanical.linearizer.layout;
         let described = &self.mechanical.described;
+        let moves: Vec<Vec<f64>> = (0..shapes.ncols())
+            .map(|mode| {
+                let shape: Vec<f64> = shapes.col(mode).iter().copied().collect();
+                self.mechanical.linearizer.displacement(&shape)
+            })
+            .collect();
+        let motor = |dof: usize, mode: usize| match layout.is_elastic(dof) {
+            true => shapes[(layout.motor[dof], mode)],
+            false => moves[mode][dof],
+        };
         let still = constants(&vec![0.0; layout.nv]);
         let mut out = ImposedOut::new(layout.nv);
         for (k, active) in self.plant.effects().iter().enumerate() {
@@ -128,8 +144,8 @@ impl<'m, 'a> Energies<'m, 'a> {
             if let Some(gains) = gains {
                 for (mode, parts) in all.iter_mut().enumerate() {
                     let along = |port| match port {
-                        Port::Motor(dof) => shapes[(layout.motor[dof], mode)],
-                        Port::Link(dof) => shapes[(layout.link[dof], mode)],
+                        Port::Motor(dof) => motor(dof, mode),
+                        Port::Link(dof) => moves[mode][dof],
                         // Part of the spring already.
                         Port::Spring(_) => 0.0,
                     };
@@ -144,12 +160,12 @@ impl<'m, 'a> Energies<'m, 'a> {
             }
             let mut dynamics = Dynamics::of_some(self.plant, &constants(self.p), |_| true, |j| j == k);
             for (chunk, parts) in all.chunks_mut(DIRECTIONS).enumerate() {
-                let mut x = lift(&self.mechanical.x);
+                let mut x = lift(&self.mechanical.stands);
                 for direction in 0..parts.len() {
                     let mode = chunk * DIRECTIONS + direction;
                     for dof in 0..layout.nv {
-                        x.q[dof].derivative[direction] = shapes[(layout.link[dof], mode)];
-                        x.theta[dof].derivative[direction] = shapes[(layout.motor[dof], mode)];
+                        x.q[dof].derivative[direction] = moves[mode][dof];
+                        x.theta[dof].derivative[direction] = motor(dof, mode);
                     }
                 }
                 dynamics.gear_torque(&x, &still, &mut out);
@@ -157,9 +173,9 @@ impl<'m, 'a> Energies<'m, 'a> {
                 for (direction, parts) in parts.iter_mut().enumerate() {
                     let mode = chunk * DIRECTIONS + direction;
                     let energy = |dof: usize| {
-                        let motor = out.tau_j[dof] * (gears[dof].slope + 1.0) - out.tau_m[dof];
-                        -0.5 * shapes[(layout.link[dof], mode)] * link[dof].derivative[direction]
-                            - 0.5 * shapes[(layout.motor[dof], mode)] * motor.derivative[direction]
+                        let pull = out.tau_j[dof] * (gears[dof].slope + 1.0) - out.tau_m[dof];
+                        -0.5 * moves[mode][dof] * link[dof].derivative[direction]
+                            - 0.5 * motor(dof, mode) * pull.derivative[direction]
                     };
                     // Links that bend push back too, and count for themselves.
                     let own = layout.driven.iter().map(|&dof| energy(dof)).sum();
@@ -173,7 +189,9 @@ impl<'m, 'a> Energies<'m, 'a> {
     pub fn kinetic(&mut self, shape: &[f64]) -> Vec<Share> {
         let layout = &self.mechanical.linearizer.layout;
         let model = self.plant.model();
-        let qd: Vec<f64> = (0..layout.nv).map(|dof| shape[layout.link[dof]]).collect();
+        // Links that follow their load carry no kinetic energy of their own.
+        let rate = |&place: &usize| shape.get(place).copied().unwrap_or(0.0);
+        let qd: Vec<f64> = layout.link.iter().map(rate).collect();
         let q = &self.mechanical.x.q;
         let mut parts: Vec<Share> = Vec::new();
         for body in 0..model.joints.len() {

@@ -1,10 +1,9 @@
 //! The linear model of a plant about a rest position.
 
 use faer::Mat;
-use sinew_model::{Following, VirtualJoint};
-use sinew_plant::{Plant, State};
+use sinew_plant::{Dynamics, Plant, State};
 
-use crate::describing::{Described, Nonlinear, describe};
+use crate::describing::{Described, Nonlinear, describe, refuse_beside_followers};
 use crate::drives::connect;
 use crate::linearizer::{Linearizer, Matrices, OUTPUTS};
 use crate::{Equilibrium, LinearError};
@@ -17,8 +16,8 @@ use crate::{Equilibrium, LinearError};
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct StateSpace {
-    /// `q.J` of every joint, `theta.J` of the elastic ones, `v.LINK.K` of links that bend; their rates `qd.J`,
-    /// `thetad.J` and `vd.LINK.K`; then the effects'
+    /// `q.J` of every joint, `theta.J` of the elastic ones, `v.LINK.K` of links that bend and have inertia; their rates
+    /// `qd.J`, `thetad.J` and `vd.LINK.K`; then the effects'
     /// own states `z.EFFECT@PLACE.K` and the drives' `lag.J`.
     pub states: Vec<String>,
     /// `motor_torque.J`: the torque as it is commanded.
@@ -100,22 +99,27 @@ pub fn linearize_with(
 pub(crate) struct Mechanical<'a> {
     pub linearizer: Linearizer<'a>,
     pub matrices: Matrices,
+    /// The state, in which elastic joints count with what links that follow their load bend.
     pub x: State<f64>,
+    /// The robot as it stands.
+    pub stands: State<f64>,
     pub at: Equilibrium,
     pub described: Vec<Described>,
 }
 
 impl<'a> Mechanical<'a> {
     pub fn new(plant: &'a Plant, p: &[f64], q: &[f64], options: &Options) -> Result<Self, LinearError> {
-        check(plant)?;
+        plant.check_driven()?;
         let at = Equilibrium::at(plant, p, q)?;
-        let mut x = State::zero(plant);
-        x.q.copy_from_slice(&at.q);
-        x.theta.copy_from_slice(&at.theta);
+        let mut stands = State::zero(plant);
+        stands.q.copy_from_slice(&at.q);
+        stands.theta.copy_from_slice(&at.theta);
+        let mut x = stands.clone();
+        x.q = Dynamics::new(plant, p).position_standing_at(&at.q);
         let found = match options.nonlinear {
             Nonlinear::Slope => Vec::new(),
             Nonlinear::Describe(amplitude) | Nonlinear::Refuse(amplitude) => {
-                describe(plant, p, &x, amplitude)
+                describe(plant, p, &stands, amplitude)
             }
         };
         if let (Nonlinear::Refuse(amplitude), false) = (options.nonlinear, found.is_empty()) {
@@ -126,21 +130,12 @@ impl<'a> Mechanical<'a> {
                 frequency: amplitude.frequency,
             });
         }
+        refuse_beside_followers(plant, &found)?;
         let (indices, described): (Vec<usize>, Vec<Described>) = found.into_iter().unzip();
         let gains = described.iter().flat_map(|d| d.gains.clone()).collect();
         let mut linearizer = Linearizer::with_gains(plant, p, &indices, gains);
         let matrices = linearizer.at(&x, &at.tau_m).clone();
-        Ok(Self { linearizer, matrices, x, at, described })
-    }
-}
-
-/// Refuses plants that have no linear model anywhere.
-pub(crate) fn check(plant: &Plant) -> Result<(), LinearError> {
-    plant.check_driven()?;
-    let follows = |v: &&VirtualJoint| v.following == Following::QuasiStatic;
-    match plant.virtual_joints().iter().find(follows) {
-        None => Ok(()),
-        Some(v) => Err(LinearError::WithoutInertia { link: plant.model().links[v.link.0].name.clone() }),
+        Ok(Self { linearizer, matrices, x, stands, at, described })
     }
 }
 

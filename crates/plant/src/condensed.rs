@@ -17,21 +17,24 @@ use crate::{Dynamics, LinkState, Plant};
 /// ```
 ///
 /// The inertia that a quasi-static joint has while the elastic joints are free, M_ss − M_se M_ee⁻¹ M_es, is left out of T:
-/// exact where it is zero, else an error of the order (ω/ω_s)² in a motion of frequency ω. How A changes with the
-/// position is left out of the forces: an error in proportion to the deflection and to the torque that accelerates, of
-/// which the energy of a run shows the size; none where A is constant or no joint is elastic.
+/// exact where it is zero, else an error of the order (ω/ω_s)² in a motion of frequency ω.
 #[derive(Debug)]
 pub(crate) struct Condensation<S> {
     /// The robot as it stands, bent.
     pub settled: LinkState<S>,
     /// The state with straight links, which carries the inertia.
-    straight: LinkState<S>,
+    pub(crate) straight: LinkState<S>,
     /// Torque of gravity where the robot stands.
     weight: Vec<S>,
     still: Vec<S>,
-    response: Vec<S>,
+    pub(crate) response: Vec<S>,
+    /// What the change of the levers adds to the forces, and room to find it.
+    pub(crate) change: Vec<S>,
+    pub(crate) coriolis: Vec<S>,
+    pub(crate) pushed: Vec<S>,
+    pub(crate) bend_of_all: Vec<S>,
     // Elastic joints, and quasi-static ones by their place among the virtual joints.
-    elastic: Vec<usize>,
+    pub(crate) elastic: Vec<usize>,
     quasi: Vec<usize>,
     // All that is not an elastic joint; all that is quasi-static.
     held: Vec<bool>,
@@ -80,6 +83,10 @@ impl<S: Kind> Condensation<S> {
             weight: zeros(nv),
             still: zeros(nv),
             response: zeros(nv * nv),
+            change: zeros(nv),
+            coriolis: zeros(nv * nv),
+            pushed: zeros(nv),
+            bend_of_all: zeros(nv),
             held: plant.elastic.iter().map(|e| !e).collect(),
             bent,
             lever: zeros(ne * ns),
@@ -92,11 +99,23 @@ impl<S: Kind> Condensation<S> {
         }))
     }
 
-    fn lever(&self, e: usize, s: usize) -> S {
+    /// An entry of A.
+    pub(crate) fn lever(&self, e: usize, s: usize) -> S {
         self.lever[e * self.quasi.len() + s]
     }
 
-    fn dof(&self, plant: &Plant, s: usize) -> usize {
+    /// q_s.
+    pub(crate) fn deflections(&self) -> &[S] {
+        &self.deflection
+    }
+
+    /// Torque of gravity where the robot stands.
+    pub(crate) fn weight(&self, dof: usize) -> S {
+        self.weight[dof]
+    }
+
+    /// The degree of freedom of a quasi-static joint.
+    pub(crate) fn dof(&self, plant: &Plant, s: usize) -> usize {
         plant.virtual_joints[self.quasi[s]].dof
     }
 
@@ -125,7 +144,7 @@ impl<S: Kind> Condensation<S> {
     pub fn accelerate(&self, dynamics: &mut Dynamics<S>) {
         let Dynamics { plant, coefficients, armature, scratch, tau, qdd, .. } = dynamics;
         for i in 0..plant.model.nv {
-            tau[i] -= self.weight[i];
+            tau[i] = tau[i] - self.weight[i] + self.change[i];
             if self.bent[i] {
                 qdd[i] = S::ZERO;
             }

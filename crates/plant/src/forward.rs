@@ -56,10 +56,14 @@ impl<S: Kind> Dynamics<'_, S> {
     pub fn forward(&mut self, x: &State<S>, tau_m: &[S], out: &mut Rates<S>) {
         let plant = self.plant;
         let nv = plant.model.nv;
-        let bent = self.settle(x, By::SpringsAndDampers);
+        let mut bent = self.settle(x, By::SpringsAndDampers);
         let stands = bent.as_ref().map_or(x, |c| &c.settled);
         self.springs(stands, |i| plant.elastic[i]);
         self.link_forces(stands);
+        if let Some(bent) = &mut bent {
+            self.change_of_levers(bent);
+        }
+        let stands = bent.as_ref().map_or(x, |c| &c.settled);
         let all_elastic = plant.elastic.iter().all(|&e| e);
         let rounds = if self.loaded() && !all_elastic { LOAD_ROUNDS } else { 1 };
         let torque = |i: usize| if plant.driven[i] { tau_m[i] } else { S::ZERO };

@@ -10,6 +10,7 @@ mod dynamics;
 mod error;
 mod forward;
 mod imposed;
+mod lever_change;
 mod plant;
 mod sag;
 

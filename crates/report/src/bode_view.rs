@@ -14,7 +14,7 @@ const ABOVE: (f64, f64) = (56.0, 320.0);
 const BELOW: (f64, f64) = (344.0, 520.0);
 /// Decades of magnitude that are drawn at most: deeper dips are cut off.
 const DECADES: f64 = 7.0;
-/// Labels nearer to each other than this share a place; the first keeps it.
+/// Labels nearer to each other than this share a place; the least damped keeps it.
 const ROOM: f64 = 52.0;
 
 /// Bode's diagram of `transfer` at the points of `bode`; `unit` is that of the magnitude.
@@ -36,8 +36,12 @@ pub fn bode_view(transfer: &Transfer, bode: &Bode, unit: &str) -> Drawing {
     let phase = |b: f64, t: f64| Scale::degrees(least - 10.0, most + 10.0, b, t);
     let lower = Frame::by_decades(SIDES, BELOW, across, phase);
     lower.draw(&mut svg, "frequency / Hz", "phase, °");
-    let mut taken: Vec<f64> = Vec::new();
-    for (peaks, class) in [(transfer.resonances(), "peak"), (transfer.antiresonances(), "dip")] {
+    // Resonances are labelled above the magnitude, antiresonances below it.
+    for (mut peaks, class, row) in
+        [(transfer.resonances(), "peak", ABOVE.0 - 8.0), (transfer.antiresonances(), "dip", ABOVE.1 + 16.0)]
+    {
+        let mut taken: Vec<f64> = Vec::new();
+        peaks.sort_by(|a, b| a.damping_ratio.abs().total_cmp(&b.damping_ratio.abs()));
         let inside = |p: &&Peak| p.frequency >= across.0 && p.frequency <= across.1;
         for peak in peaks.iter().filter(inside) {
             let x = upper.x.at(peak.frequency);
@@ -47,7 +51,7 @@ pub fn bode_view(transfer: &Transfer, bode: &Bode, unit: &str) -> Drawing {
             if taken.iter().all(|other| (other - x).abs() > ROOM) {
                 taken.push(x);
                 let label = format!("{} Hz", number(peak.frequency));
-                svg.text(&format!("tag {class}"), Anchor::Middle, (x, ABOVE.0 - 8.0), &label);
+                svg.text(&format!("tag {class}"), Anchor::Middle, (x, row), &label);
             }
         }
     }

@@ -60,7 +60,7 @@ fn draw(svg: &mut Svg, k: usize, mode: &Mode, (left, top): (f64, f64)) {
     let damping = mode.damping_ratio.map_or(String::new(), |d| format!(", damping {} %", number(100.0 * d)));
     svg.text("label", Anchor::Start, (left, top + 14.0), &format!("mode {}: {speed}{damping}", k + 1));
     let shares = if mode.participation.is_empty() { &mode.motion } else { &mode.participation };
-    let words: Vec<String> = shares.iter().take(3).map(share).collect();
+    let words: Vec<String> = shares.iter().filter(|s| s.share.abs() >= 0.01).take(3).map(share).collect();
     svg.text("tick", Anchor::Start, (left, top + 30.0), &words.join(", "));
     let x = Scale::linear(-1.0, 1.0, left + NAMES, left + PANEL - 30.0);
     let bottom = top + 40.0 + ROW * mode.shape.len() as f64;

@@ -42,7 +42,12 @@ impl<'a> Controller<'a> {
     pub fn new(model: &'a Plant, p: &[f64], reference: Trajectory, bandwidth: f64) -> Self {
         const DAMPING: f64 = 0.7;
         let nv = model.model().nv;
-        assert!(model.virtual_joints().is_empty(), "model: without links that bend");
+        if let Some(v) = model.virtual_joints().first() {
+            let link = &model.model().links[v.link.0].name;
+            panic!(
+                "model: without links that bend, but link \"{link}\" does; a feed-forward takes it for rigid"
+            );
+        }
         assert_eq!(reference.joints.len(), nv, "reference: one motion for each degree of freedom");
         let mut controller = Self {
             reference,

@@ -3,11 +3,11 @@
 
 mod along;
 mod bending;
+mod chirp;
 mod describing;
 mod export;
+mod following;
 mod lesson;
-#[path = "../../../../tests/tests/lesson_stiffness.rs"]
-mod lesson_stiffness_temporary;
 mod participation;
 mod planar_arm;
 mod reduction;

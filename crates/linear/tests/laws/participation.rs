@@ -1,9 +1,9 @@
 //! What bends and what moves in a mode.
 
-use sinew_linear::Mode;
+use sinew_linear::{Mode, Nonlinear, Options, modes_with};
 use sinew_model::{EffectSpec, Place, Robot, Vector3, samples};
 
-use crate::robots::{modes_of, planar_2r};
+use crate::robots::{modes_of, planar_2r, plant};
 use crate::symmetric::fingers;
 
 fn share(shares: &[sinew_linear::Share], part: &str) -> f64 {
@@ -64,4 +64,22 @@ fn fingers_of_another_stiffness_take_part_one_by_one() {
         assert!(share(&mode.participation, &format!("joint_{k} spring")) > 0.9, "{mode:?}");
         assert!(share(&mode.motion, &format!("joint_{k} motor")) > 0.5, "{mode:?}");
     }
+}
+
+#[test]
+fn springs_keep_their_share_beside_a_friction_that_depends_on_the_load_of_a_rigid_joint() {
+    let mut robot = planar_2r();
+    robot.joints[1].stiffness = None;
+    let place = Place::Joint("elbow".into());
+    let friction = EffectSpec::new("load_dependent_friction", place).with("load_coefficient", 0.02);
+    let with_slopes = |robot: &Robot| {
+        let plant = plant(robot);
+        let options = Options { nonlinear: Nonlinear::Slope };
+        modes_with(&plant, &plant.parameters(), &[-0.3, 0.4], &options).unwrap().modes
+    };
+    let without = with_slopes(&robot);
+    robot.effects.push(friction);
+    let with = with_slopes(&robot);
+    let fast = |modes: &[Mode]| share(&modes[2].participation, "shoulder spring");
+    assert!(fast(&without) > 0.9 && (fast(&with) - fast(&without)).abs() < 1e-3, "{:?}", with[2]);
 }

@@ -154,7 +154,7 @@ fn quasi_static() -> Robot {
 }
 
 #[test]
-fn a_quasi_static_link_keeps_the_energy_but_for_the_change_of_its_levers() {
+fn a_quasi_static_link_keeps_the_energy() {
     let drift = |stiffer: f64| {
         let mut robot = quasi_static();
         let sections = [BeamSection { flexural_rigidity: 300.0 * stiffer, ..BEAM }];
@@ -168,8 +168,8 @@ fn a_quasi_static_link_keeps_the_energy_but_for_the_change_of_its_levers() {
     };
     let (soft, hard) = (drift(10.0), drift(100.0));
     println!("energy moves by {soft:e} J, ten times as stiff {hard:e} J");
-    // in proportion to the deflection, and small beside the joules that swing
-    assert!(hard < soft / 5.0 && soft < 1e-5, "{soft:e} {hard:e}");
+    // what is left is the integrator's
+    assert!(hard < 1e-8 && soft < 1e-8, "{soft:e} {hard:e}");
 }
 
 #[test]
