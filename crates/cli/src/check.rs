@@ -97,11 +97,13 @@ fn missing(robot: &Robot, run: &Run) -> Vec<Note> {
         (0..names.len()).partition(|&dof| measured.contains(&names[dof]) || names.len() == 1);
     if !unseen.is_empty() {
         let unseen: Vec<&str> = unseen.iter().map(|&dof| names[dof]).collect();
-        let statement = format!(
-            "nothing of {}: taken as held at zero, and not compared",
-            sinew_identify::listed(&unseen)
+        let joints = sinew_identify::listed(&unseen);
+        let statement = format!("no position of {joints}: the other commands take that as held at zero");
+        tell(
+            Severity::Error,
+            statement,
+            "log what moved; fix the rest in the URDF (type=\"fixed\")".to_owned(),
         );
-        tell(Severity::Warning, statement, "log their positions if they moved".to_owned());
     }
     for dof in seen {
         let joint = names[dof];

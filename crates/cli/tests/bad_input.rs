@@ -170,7 +170,7 @@ fn a_check_says_no_when_a_joint_was_not_measured() {
     assert!(String::from_utf8_lossy(&output.stdout).contains("no position of joint \"elbow\""));
     let output = bench.run(&["compare", "arm.sinew.toml", "run.csv", "--force"]);
     let said = String::from_utf8_lossy(&output.stdout);
-    assert!(said.contains("elbow: no position in the runs; taken as held at zero"), "{said}");
+    assert!(said.contains("no position of joint \"elbow\" in the runs: taken as held at zero"), "{said}");
 }
 
 #[test]
