@@ -5,7 +5,7 @@ use sinew_effect::{Catalogue, Sensor};
 use sinew_model::Robot;
 use sinew_plant::Plant;
 
-use crate::before::{checked, held};
+use crate::before;
 use crate::comparison::Prepared;
 use crate::innovation::Innovation;
 use crate::options::Residual;
@@ -40,11 +40,8 @@ pub(crate) fn analysed<T>(
     options: &Options,
     work: impl Fn(&mut Search, &Analysis) -> Result<(T, bool), IdentifyError>,
 ) -> Result<T, IdentifyError> {
-    let (held, still) = held(robot, runs);
-    let robot = &held;
-    let prepared = Prepared::new(robot, runs, options)?;
-    let mut suspicions = checked(robot, catalogue, runs, &prepared, options)?;
-    suspicions.splice(0..0, still);
+    let (robot, prepared, suspicions) = before::begun(robot, catalogue, runs, options)?;
+    let robot = &robot;
     let imposed = prepared.form(robot);
     let problem = Problem::new(robot, catalogue, &imposed, options);
     let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);
@@ -99,10 +96,9 @@ fn chosen(
 
 // True if the torque noise of a joint is larger than what was logged of its torque.
 fn is_drowned(prepared: &Prepared, noise: &[f64]) -> bool {
-    let channels = prepared.sensors.channels.iter().enumerate();
-    let torques = channels.filter(|(_, c)| c.sensor == Sensor::MotorTorque);
-    let logged = torques.map(|(c, _)| {
-        let values: Vec<f64> = prepared.records.iter().flat_map(|r| r.measured[c].iter().copied()).collect();
+    let torques = prepared.sensors.channels.iter().filter(|c| c.sensor == Sensor::MotorTorque);
+    let logged = torques.map(|c| {
+        let values: Vec<f64> = prepared.sensors.motor_torque(&prepared.records, c.dof).collect();
         std(&values)
     });
     logged.zip(noise).any(|(logged, noise)| *noise > logged)

@@ -9,11 +9,27 @@ use crate::report::Finding;
 use crate::torque_checks::torque_notes;
 use crate::{IdentifyError, Options};
 
-/// Suspicions about runs, as findings; `prepared`: the same runs.
+/// What every comparison and every search begins with: the robot with the joints that no run measures held still, its
+/// runs made ready, and what is told before anything else.
 ///
 /// # Errors
-/// The first check that fails outright, unless the options go on all the same.
-pub(crate) fn checked(
+/// If a run lacks the signals or fails a check.
+pub(crate) fn begun(
+    robot: &Robot,
+    catalogue: &Catalogue,
+    runs: &[Run],
+    options: &Options,
+) -> Result<(Robot, Prepared, Vec<Finding>), IdentifyError> {
+    let (robot, still) = held(robot, runs);
+    let prepared = Prepared::new(&robot, runs, options)?;
+    let suspicions = checked(&robot, catalogue, runs, &prepared, options)?;
+    let findings = still.into_iter().chain(suspicions).collect();
+    Ok((robot, prepared, findings))
+}
+
+// Suspicions about runs, as findings; `prepared`: the same runs. The first check that fails outright is an error, unless
+// the options go on all the same.
+fn checked(
     robot: &Robot,
     catalogue: &Catalogue,
     runs: &[Run],

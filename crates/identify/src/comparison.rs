@@ -7,7 +7,7 @@ use sinew_effect::Catalogue;
 use sinew_model::Robot;
 
 use crate::base::{nuisances, trusted};
-use crate::before::{checked, held};
+use crate::before::begun;
 use crate::colour::rows_of;
 use crate::problem::{Candidate, Problem};
 use crate::record::{Record, Sensors};
@@ -102,11 +102,8 @@ pub fn compare(
     runs: &[Run],
     options: &Options,
 ) -> Result<Comparison, IdentifyError> {
-    let (held, still) = held(robot, runs);
-    let robot = &held;
-    let prepared = Prepared::new(robot, runs, options)?;
-    let mut suspicions = checked(robot, catalogue, runs, &prepared, options)?;
-    suspicions.splice(0..0, still);
+    let (robot, prepared, suspicions) = begun(robot, catalogue, runs, options)?;
+    let robot = &robot;
     let form = prepared.form(robot);
     let problem = Problem::new(robot, catalogue, &form, options);
     let search = Search::new(&problem, &prepared.records, &prepared.sensors);

@@ -98,6 +98,13 @@ pub(crate) struct Sensors {
 }
 
 impl Sensors {
+    /// The logged torque of a joint's motor in all records; nothing where none was logged.
+    pub fn motor_torque<'a>(&self, records: &'a [Record], dof: usize) -> impl Iterator<Item = f64> + 'a {
+        let torque = Channel { sensor: Sensor::MotorTorque, dof };
+        let c = self.channels.iter().position(|c| *c == torque);
+        records.iter().flat_map(move |r| c.map_or(&[][..], |c| &r.measured[c]).iter().copied())
+    }
+
     /// The channels that every run has.
     ///
     /// # Errors

@@ -4,7 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
-use sinew_effect::{Screening, Sensor};
+use sinew_effect::Screening;
 use sinew_model::EffectSpec;
 
 use crate::IdentifyError;
@@ -14,7 +14,7 @@ use crate::freedom::Springs;
 use crate::gates::z_between;
 use crate::innovation::Reference;
 use crate::problem::{Candidate, Equations, Problem, refine};
-use crate::record::{Channel, Record, Sensors};
+use crate::record::{Record, Sensors};
 use crate::refit::{Base, Fitted, Refit, refit};
 use crate::report::Refusal;
 use crate::screen::{Score, Screen, all_columns};
@@ -294,9 +294,7 @@ impl<'a> Search<'a> {
         let label = |u: &&Unknown| model.plant.effects()[u.id.effect].label() == refit.trial.label();
         let inverse = model.p[model.unknowns.iter().find(label)?.position];
         let dof = self.problem.robot.model.dof(&refit.trial.place.to_string())?;
-        let torque = Channel { sensor: Sensor::MotorTorque, dof };
-        let c = self.sensors.channels.iter().position(|c| *c == torque)?;
-        let logged = || self.records.iter().flat_map(|r| &r.measured[c]);
+        let logged = || self.sensors.motor_torque(self.records, dof);
         let beyond = logged().filter(|u| u.abs() * inverse > 1.0).count();
         let share = beyond as f64 / logged().count().max(1) as f64;
         (share > MOST_CUT)

@@ -306,9 +306,7 @@ impl Offer<'_> {
 
     // The largest logged torque of a joint.
     fn peak(&self, dof: usize) -> f64 {
-        let torque = Channel { sensor: Sensor::MotorTorque, dof };
-        let Some(c) = self.sensors.channels.iter().position(|c| *c == torque) else { return 0.0 };
-        self.records.iter().flat_map(|r| &r.measured[c]).fold(0.0, |m, u| m.max(u.abs()))
+        self.sensors.motor_torque(self.records, dof).fold(0.0, |m, u| m.max(u.abs()))
     }
 
     fn shows_springs(&self, dof: Option<usize>) -> bool {
