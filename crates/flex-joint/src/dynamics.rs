@@ -1,8 +1,10 @@
 //! Accelerations of links and motors under motor torques.
 
 use nalgebra::DVector;
-use sinew_model::{Scalar, Vector3, wide_forms};
-use sinew_rigid::{forward_dynamics_into, forward_dynamics_with};
+use sinew_model::{Force, JointId, Scalar, Vector3, wide_forms};
+use sinew_rigid::{
+    BodyAccelerations, MovingBodies, forward_dynamics_under_into, forward_dynamics_under_with,
+};
 
 use crate::{ElasticJoints, Scratch, Workspace};
 
@@ -90,12 +92,11 @@ impl ElasticJoints {
         thetadd: &mut [S],
     ) {
         self.drive_links(ws, q, qd, theta, thetad, tau_m);
-        if self.has_moving_rotors() {
-            self.ride(ws, q, qd, thetad, tau_m);
-        }
-        let bodies = Scratch::bodies(self, &ws.inertia, &ws.armature);
-        forward_dynamics_with(&bodies, &mut ws.rigid, q, qd, &ws.tau, qdd);
-        self.spin_motors(ws, tau_m, qdd, thetadd);
+        let Scratch { rigid, inertia, armature, tau, tau_j, .. } = ws;
+        let bodies = Scratch::bodies(self, inertia, armature);
+        let push = |moving: &mut MovingBodies<S>| self.push_carriers(moving, thetad, tau_m, tau_j);
+        let carriers = forward_dynamics_under_with(&bodies, rigid, q, qd, tau, push, qdd);
+        self.spin_motors(tau_m, tau_j, qdd, &carriers, thetadd);
     }
 
     /// Torques of the springs and of rigid joints' motors on the links.
@@ -146,17 +147,42 @@ impl ElasticJoints {
         self.hand_moments_down(turn, tau);
     }
 
+    /// Pushes the links that carry rotors.
+    ///
+    /// ```text
+    /// n = (τ_m − τ_j)/N u + h ω × u,   h = B/N (u·ω/N + θ̇)
+    /// ```
+    #[inline(always)]
+    fn push_carriers<S: Scalar>(&self, moving: &mut MovingBodies<S>, thetad: &[S], tau_m: &[S], tau_j: &[S]) {
+        for rotor in &self.rotors {
+            let (u, carrier) = (Vector3::constant(rotor.axis), JointId(rotor.row - 1));
+            let w = moving.velocity(carrier).angular;
+            let along = (tau_m[rotor.dof] - tau_j[rotor.dof]) * rotor.ratio;
+            let momentum = u.dot(w) * rotor.spin + thetad[rotor.dof] * rotor.coupling;
+            let n = u * along + w.cross(u) * momentum;
+            moving.push(carrier, Force::new(-n, Vector3::ZERO));
+        }
+    }
+
     /// Accelerations of the motors, once those of the links are known.
     #[inline(always)]
-    fn spin_motors<S: Scalar>(&self, ws: &mut Scratch<S>, tau_m: &[S], qdd: &[S], thetadd: &mut [S]) {
+    fn spin_motors<S: Scalar>(
+        &self,
+        tau_m: &[S],
+        tau_j: &[S],
+        qdd: &[S],
+        carriers: &BodyAccelerations<S>,
+        thetadd: &mut [S],
+    ) {
         assert_eq!(thetadd.len(), self.model.nv, "thetadd");
-        // θ̈ = B⁻¹ (τ_m − τ_j)
+        // θ̈ = B⁻¹ (τ_m − τ_j) − u·α/N
         for dof in 0..self.model.nv {
-            let alone = (tau_m[dof] - ws.tau_j[dof]) / self.rotor_inertia[dof];
+            let alone = (tau_m[dof] - tau_j[dof]) / self.rotor_inertia[dof];
             thetadd[dof] = if self.elastic[dof] { alone } else { qdd[dof] };
         }
-        if self.has_moving_rotors() {
-            self.swing_rotors(ws, qdd, thetadd);
+        for rotor in &self.rotors {
+            let (u, carrier) = (Vector3::constant(rotor.axis), JointId(rotor.row - 1));
+            thetadd[rotor.dof] -= u.dot(carriers.of(carrier).angular) * rotor.ratio;
         }
     }
 
@@ -216,15 +242,14 @@ wide_forms! {
     ) {
         let Workspace { links, scratch } = ws;
         joints.drive_links(scratch, q, qd, theta, thetad, tau_m);
-        if joints.has_moving_rotors() {
-            joints.ride(scratch, q, qd, thetad, tau_m);
-        }
-        if joints.armature {
-            let bodies = Scratch::bodies(joints, &scratch.inertia, &scratch.armature);
-            forward_dynamics_with(&bodies, &mut scratch.rigid, q, qd, &scratch.tau, qdd);
+        let Scratch { rigid, inertia, armature, tau, tau_j, .. } = scratch;
+        let push = |moving: &mut MovingBodies<f64>| joints.push_carriers(moving, thetad, tau_m, tau_j);
+        let carriers = if joints.armature {
+            let bodies = Scratch::bodies(joints, inertia, armature);
+            forward_dynamics_under_with(&bodies, rigid, q, qd, tau, push, qdd)
         } else {
-            forward_dynamics_into(&joints.links, links, q, qd, &scratch.tau, qdd);
-        }
-        joints.spin_motors(scratch, tau_m, qdd, thetadd);
+            forward_dynamics_under_into(&joints.links, links, q, qd, tau, push, qdd)
+        };
+        joints.spin_motors(tau_m, tau_j, qdd, &carriers, thetadd);
     }
 }

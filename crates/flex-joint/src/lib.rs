@@ -21,7 +21,6 @@ mod error;
 mod inverse_dynamics;
 mod joint_elasticity;
 mod passivity;
-mod ride;
 mod rotors;
 mod spin;
 mod state_space;

@@ -4,7 +4,6 @@ use sinew_model::{Coordinates, Inertia, Scalar, Vector3};
 use sinew_rigid::{Bodies, inertias};
 
 use crate::ElasticJoints;
-use crate::ride::Ride;
 use crate::spin::{Spin, Turn};
 
 /// Scratch space of the forms ending in `_with`; nothing is allocated after `new`.
@@ -25,8 +24,6 @@ pub struct Scratch<S> {
     pub(crate) at: Coordinates<S>,
     // Of the world and of each segment.
     pub(crate) turn: Vec<Turn<S>>,
-    // The same in their own axes.
-    pub(crate) ride: Vec<Ride<S>>,
     // Of each rotor on a moving segment.
     pub(crate) spin: Vec<Spin<S>>,
     // Of each axis of each segment: z and ω_parent × z.
@@ -57,7 +54,6 @@ impl<S: Scalar> Scratch<S> {
             zeros: zeros(),
             at: Coordinates::new(&joints.mechanism),
             turn: vec![Turn::still(); segments + 1],
-            ride: vec![Ride::still(); segments + 1],
             spin: vec![Spin::still(); joints.rotors.len()],
             axis: vec![[Vector3::ZERO; 2]; joints.mechanism.axes()],
             matrices: core::array::from_fn(|_| matrix()),

@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 use sinew_model::{Model, wide_forms};
 
-use crate::{Workspace, hybrid_dynamics};
+use crate::{BodyAccelerations, MovingBodies, Workspace, hybrid_dynamics};
 
 /// Accelerations that the torques `tau` produce (articulated bodies).
 ///
@@ -46,6 +46,25 @@ wide_forms! {
         qdd: &mut [f64],
     ) {
         let (conditions, scratch, _) = ws.open(model);
-        hybrid_dynamics::forward_dynamics(scratch, &conditions, q, qd, tau, qdd);
+        hybrid_dynamics::forward_dynamics(scratch, &conditions, q, qd, tau, |_| {}, qdd);
     }
+}
+
+/// [`forward_dynamics_into`] under forces on the bodies: see [`crate::forward_dynamics_under_with`]. Compiled into its
+/// caller, for the instructions that the caller is compiled for.
+///
+/// # Panics
+/// If a slice has the wrong length.
+#[inline(always)]
+pub fn forward_dynamics_under_into<'w>(
+    model: &Model,
+    ws: &'w mut Workspace,
+    q: &[f64],
+    qd: &[f64],
+    tau: &[f64],
+    push: impl Fn(&mut MovingBodies<f64>),
+    qdd: &mut [f64],
+) -> BodyAccelerations<'w, f64> {
+    let (conditions, scratch, _) = ws.open(model);
+    hybrid_dynamics::forward_dynamics(scratch, &conditions, q, qd, tau, push, qdd)
 }

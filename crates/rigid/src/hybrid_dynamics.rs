@@ -5,7 +5,7 @@ use sinew_model::{ArticulatedInertia, Force, Motion, Scalar, Segment, SegmentKin
 use crate::mass_matrix::{along, composite_bodies};
 use crate::rnea::{inverse_dynamics, velocity};
 use crate::scratch::{Body, Conditions, Pivot};
-use crate::{Bodies, Scratch};
+use crate::{Bodies, BodyAccelerations, MovingBodies, Scratch};
 
 /// Accelerations that the torques `tau` produce, for any kind of number (articulated bodies).
 ///
@@ -29,24 +29,66 @@ pub fn forward_dynamics_with<S: Scalar>(
     qdd: &mut [S],
 ) {
     let conditions = ws.take(b);
-    forward_dynamics(ws, &conditions, q, qd, tau, qdd);
+    forward_dynamics(ws, &conditions, q, qd, tau, |_| {}, qdd);
+}
+
+/// [`forward_dynamics_with`] under forces on the bodies that may depend on how they move, in the same sweeps.
+///
+/// ```text
+/// M(q) q̈ + C(q, q̇) q̇ + g(q) = τ + Σ Jᵀ f(v)
+/// ```
+///
+/// `push` is called once, when the velocities of all bodies are known, and pushes them. Returns the accelerations of the
+/// bodies.
+///
+/// # Panics
+/// If a slice has the wrong length.
+///
+/// # Example
+/// A level pendulum of 0.5 m is held by the moment of its weight:
+/// ```
+/// # use sinew_model::{Force, JointId, Vector3, samples};
+/// # use sinew_rigid::{Bodies, Scratch, forward_dynamics_under_with, inertias};
+/// let pendulum = samples::pendulum(2.0, 0.5);
+/// let inertia = inertias(&pendulum);
+/// let bodies = Bodies { model: &pendulum, inertia: &inertia, gravity: pendulum.gravity, armature: &[] };
+/// let held = Force::new(Vector3::new(0.0, 0.0, 9.81), Vector3::ZERO);
+/// let mut qdd = [1.0];
+/// let ws = &mut Scratch::new(&pendulum);
+/// forward_dynamics_under_with(&bodies, ws, &[0.0], &[0.0], &[0.0], |moving| moving.push(JointId(0), held), &mut qdd);
+/// assert!(qdd[0].abs() < 1e-12);
+/// ```
+#[inline(always)]
+pub fn forward_dynamics_under_with<'w, S: Scalar>(
+    b: &Bodies<S>,
+    ws: &'w mut Scratch<S>,
+    q: &[S],
+    qd: &[S],
+    tau: &[S],
+    push: impl Fn(&mut MovingBodies<S>),
+    qdd: &mut [S],
+) -> BodyAccelerations<'w, S> {
+    let conditions = ws.take(b);
+    forward_dynamics(ws, &conditions, q, qd, tau, push, qdd)
 }
 
 /// The same once the inertias are taken.
 #[inline(always)]
-pub(crate) fn forward_dynamics<S: Scalar>(
-    ws: &mut Scratch<S>,
+pub(crate) fn forward_dynamics<'w, S: Scalar>(
+    ws: &'w mut Scratch<S>,
     c: &Conditions<S>,
     q: &[S],
     qd: &[S],
     tau: &[S],
+    push: impl Fn(&mut MovingBodies<S>),
     qdd: &mut [S],
-) {
+) -> BodyAccelerations<'w, S> {
     assert_eq!(tau.len(), ws.mechanism.nv(), "tau");
     let mut torque = core::mem::take(&mut ws.torque);
     torque.copy_from_slice(tau);
-    hybrid(ws, c, q, qd, |_| false, qdd, &mut torque);
+    hybrid(ws, c, q, qd, |_| false, push, qdd, &mut torque);
     ws.torque = torque;
+    BodyAccelerations(&ws.body)
 }
 
 /// Hybrid dynamics, for any kind of number: where `imposed`, q̈ is given and τ computed; elsewhere τ is given and q̈
@@ -75,7 +117,7 @@ pub fn hybrid_dynamics_with<S: Scalar>(
 ) {
     assert_eq!(imposed.len(), b.model.nv, "imposed");
     let conditions = ws.take(b);
-    hybrid(ws, &conditions, q, qd, |dof| imposed[dof], qdd, tau);
+    hybrid(ws, &conditions, q, qd, |dof| imposed[dof], |_| {}, qdd, tau);
 }
 
 /// How a hybrid motion answers to the torques of its free joints, for any kind of number.
@@ -142,15 +184,17 @@ fn hybrid<S: Scalar>(
     q: &[S],
     qd: &[S],
     imposed: impl Fn(usize) -> bool + Copy,
+    push: impl Fn(&mut MovingBodies<S>),
     qdd: &mut [S],
     tau: &mut [S],
 ) {
     let nv = ws.mechanism.nv();
     assert_eq!((qd.len(), qdd.len(), tau.len()), (nv, nv, nv), "qd, qdd, tau");
     if ws.mechanism.has_mimic() {
-        by_mass_matrix(ws, c, q, qd, imposed, qdd, tau);
+        by_mass_matrix(ws, c, q, qd, imposed, push, qdd, tau);
     } else {
         outward(ws, q, qd);
+        push(&mut MovingBodies(&mut ws.body));
         inward(ws, c, imposed, qdd, tau);
         accelerate(ws, c, imposed, qdd, tau);
     }
@@ -272,6 +316,7 @@ fn by_mass_matrix<S: Scalar>(
     q: &[S],
     qd: &[S],
     imposed: impl Fn(usize) -> bool,
+    push: impl Fn(&mut MovingBodies<S>),
     qdd: &mut [S],
     tau: &mut [S],
 ) {
@@ -281,7 +326,7 @@ fn by_mass_matrix<S: Scalar>(
     for dof in (0..nv).filter(|&dof| !imposed(dof)) {
         qdd[dof] = S::ZERO;
     }
-    inverse_dynamics(ws, c, q, qd, qdd, &mut x);
+    inverse_dynamics(ws, c, q, qd, qdd, &push, &mut x);
     for dof in 0..nv {
         x[dof] = if imposed(dof) { S::ZERO } else { tau[dof] - x[dof] };
     }
@@ -296,7 +341,7 @@ fn by_mass_matrix<S: Scalar>(
         qdd[dof] = x[dof];
     }
     // τ_i = (M q̈ + h)_i
-    inverse_dynamics(ws, c, q, qd, qdd, &mut x);
+    inverse_dynamics(ws, c, q, qd, qdd, &push, &mut x);
     for dof in (0..nv).filter(|&dof| imposed(dof)) {
         tau[dof] = x[dof];
     }

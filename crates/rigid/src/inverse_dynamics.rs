@@ -45,7 +45,7 @@ wide_forms! {
         tau: &mut [f64],
     ) {
         let (conditions, scratch, _) = ws.open(model);
-        rnea::inverse_dynamics(scratch, &conditions, q, qd, qdd, tau);
+        rnea::inverse_dynamics(scratch, &conditions, q, qd, qdd, |_| {}, tau);
     }
 }
 
@@ -81,7 +81,7 @@ wide_forms! {
     /// If a slice has the wrong length.
     pub fn bias_into(model: &Model, ws: &mut Workspace, q: &[f64], qd: &[f64], h: &mut [f64]) {
         let (conditions, scratch, zeros) = ws.open(model);
-        rnea::inverse_dynamics(scratch, &conditions, q, qd, zeros, h);
+        rnea::inverse_dynamics(scratch, &conditions, q, qd, zeros, |_| {}, h);
     }
 }
 
@@ -117,6 +117,6 @@ wide_forms! {
     /// If a slice has the wrong length.
     pub fn gravity_into(model: &Model, ws: &mut Workspace, q: &[f64], g: &mut [f64]) {
         let (conditions, scratch, zeros) = ws.open(model);
-        rnea::inverse_dynamics(scratch, &conditions, q, zeros, zeros, g);
+        rnea::inverse_dynamics(scratch, &conditions, q, zeros, zeros, |_| {}, g);
     }
 }

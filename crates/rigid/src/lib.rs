@@ -37,6 +37,7 @@ mod inverse_dynamics_derivatives;
 mod inverse_mass_matrix;
 mod ltdl;
 mod mass_matrix;
+mod moving_bodies;
 mod places;
 mod regressor;
 mod rnea;
@@ -67,12 +68,14 @@ pub use energy_regressor::{
     kinetic_energy_regressor, kinetic_energy_regressor_into, kinetic_energy_regressor_with,
     potential_energy_regressor, potential_energy_regressor_into, potential_energy_regressor_with,
 };
-pub use forward_dynamics::{forward_dynamics, forward_dynamics_into};
+pub use forward_dynamics::{forward_dynamics, forward_dynamics_into, forward_dynamics_under_into};
 pub use forward_dynamics_derivatives::{
     ForwardDynamicsDerivatives, forward_dynamics_derivatives, forward_dynamics_derivatives_into,
     forward_dynamics_derivatives_with,
 };
-pub use hybrid_dynamics::{forward_dynamics_with, hybrid_dynamics_with, hybrid_response_with};
+pub use hybrid_dynamics::{
+    forward_dynamics_under_with, forward_dynamics_with, hybrid_dynamics_with, hybrid_response_with,
+};
 pub use inverse_dynamics::{bias, bias_into, gravity, gravity_into, inverse_dynamics, inverse_dynamics_into};
 pub use inverse_dynamics_derivatives::{
     InverseDynamicsDerivatives, inverse_dynamics_derivatives, inverse_dynamics_derivatives_into,
@@ -80,6 +83,7 @@ pub use inverse_dynamics_derivatives::{
 };
 pub use inverse_mass_matrix::{inverse_mass_matrix, inverse_mass_matrix_into, inverse_mass_matrix_with};
 pub use mass_matrix::{mass_matrix, mass_matrix_into, mass_matrix_upper_into, mass_matrix_with};
+pub use moving_bodies::{BodyAccelerations, MovingBodies};
 pub use regressor::{PARAMETERS, regressor, regressor_into, regressor_with};
 pub use rnea::inverse_dynamics_with;
 pub use scratch::Scratch;

@@ -3,7 +3,7 @@
 use sinew_model::{Force, Inertia, Motion, Pose, Scalar, Segment, SegmentKind, Vector3};
 
 use crate::scratch::Conditions;
-use crate::{Bodies, Scratch};
+use crate::{Bodies, MovingBodies, Scratch};
 
 /// Joint torques that produce the accelerations `qdd`, for any kind of number (recursive Newton–Euler).
 ///
@@ -26,7 +26,7 @@ pub fn inverse_dynamics_with<S: Scalar>(
     tau: &mut [S],
 ) {
     let conditions = ws.take(b);
-    inverse_dynamics(ws, &conditions, q, qd, qdd, tau);
+    inverse_dynamics(ws, &conditions, q, qd, qdd, |_| {}, tau);
 }
 
 /// The same once the inertias are taken.
@@ -37,6 +37,7 @@ pub(crate) fn inverse_dynamics<S: Scalar>(
     q: &[S],
     qd: &[S],
     qdd: &[S],
+    push: impl Fn(&mut MovingBodies<S>),
     tau: &mut [S],
 ) {
     let nv = ws.mechanism.nv();
@@ -67,6 +68,7 @@ pub(crate) fn inverse_dynamics<S: Scalar>(
         own.force = body_force(inertia, v, a);
         last = (v, a);
     }
+    push(&mut MovingBodies(body));
     for dof in 0..nv {
         tau[dof] = c.armature(dof) * qdd[dof];
     }

@@ -103,7 +103,7 @@ fn inverse_in_lanes<const N: usize>(
         gather(q, first, q_lanes);
         gather(qd, first, qd_lanes);
         gather(qdd, first, x);
-        rnea::inverse_dynamics(scratch, &conditions, q_lanes, qd_lanes, x, output);
+        rnea::inverse_dynamics(scratch, &conditions, q_lanes, qd_lanes, x, |_| {}, output);
         scatter(output, first, tau);
     }
 }
@@ -142,7 +142,7 @@ fn forward_in_lanes<const N: usize>(
         gather(q, first, q_lanes);
         gather(qd, first, qd_lanes);
         gather(tau, first, x);
-        hybrid_dynamics::forward_dynamics(scratch, &conditions, q_lanes, qd_lanes, x, output);
+        hybrid_dynamics::forward_dynamics(scratch, &conditions, q_lanes, qd_lanes, x, |_| {}, output);
         scatter(output, first, qdd);
     }
 }
