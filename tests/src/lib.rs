@@ -13,4 +13,4 @@ pub use foreign::{Edit, Foreign, Way, foreign_catalogue, foreign_causes};
 pub use hidden::{Hidden, hidden_effects};
 pub use nulls::{Estimate, NullCase, null_statistics};
 pub use robots::{Arm, one_joint, six_joints, two_joints};
-pub use suite::{Case, Conditions, Outcome, Outside, confusion, judge, measure, null_case};
+pub use suite::{Case, Conditions, Outcome, Outside, confusion, judge, measure, measure_for, null_case};

@@ -145,6 +145,22 @@ pub fn null_case(arm: &Arm, conditions: Conditions, seed: u64) -> Case {
 /// # Errors
 /// If the truth is no plant or cannot be simulated.
 pub fn measure(arm: &Arm, case: &Case) -> Result<Vec<Run>, Outside> {
+    recorded(arm, case, [fourier(arm, case.seed, 9.0), strokes(arm, case.seed)])
+}
+
+/// One run of a case of this length, s: Fourier motion, closed loop, 1 kHz.
+///
+/// # Errors
+/// If the truth is no plant or cannot be simulated.
+pub fn measure_for(arm: &Arm, case: &Case, seconds: f64) -> Result<Vec<Run>, Outside> {
+    recorded(arm, case, [fourier(arm, case.seed, seconds)])
+}
+
+fn recorded(
+    arm: &Arm,
+    case: &Case,
+    motions: impl IntoIterator<Item = Trajectory>,
+) -> Result<Vec<Run>, Outside> {
     let truth = Plant::new(&case.truth, foreign_catalogue())?;
     let parameters = truth.parameters();
     let mut feed_forward = case.model.clone();
@@ -160,7 +176,6 @@ pub fn measure(arm: &Arm, case: &Case) -> Result<Vec<Run>, Outside> {
         std,
         resolution: 0.0,
     }));
-    let motions = [fourier(arm, case.seed), strokes(arm, case.seed)];
     motions
         .into_iter()
         .enumerate()
@@ -187,11 +202,11 @@ pub fn measure(arm: &Arm, case: &Case) -> Result<Vec<Run>, Outside> {
         .collect()
 }
 
-fn fourier(arm: &Arm, seed: u64) -> Trajectory {
+fn fourier(arm: &Arm, seed: u64, seconds: f64) -> Trajectory {
     let limits = Limits { amplitude: arm.amplitude, speed: arm.speed };
     let motion = |dof: u64| {
         let excitation = Excitation::fourier(seed * 10 + dof, 5, 8.0, limits);
-        Motion::one(0.1, 9.0, excitation)
+        Motion::one(0.1, seconds, excitation)
     };
     Trajectory { joints: (0..arm.robot.model.nv as u64).map(motion).collect() }
 }

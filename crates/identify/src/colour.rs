@@ -3,6 +3,8 @@
 //! The colour is computed, not fitted: white noise of a sensor through the kernels h and φ, and noise of the imposed
 //! position through kernels and model. Only the scale is taken from data, from what a saturated regression leaves.
 
+use rayon::prelude::*;
+
 use sinew_data::{Smoother, autocovariance};
 use sinew_plant::Plant;
 
@@ -89,11 +91,12 @@ impl Whitener {
         let layout = form.layout();
         if form.is_white() {
             let of = |c| white_noise(layout, c, &saturated(layout, c, residual, columns));
-            return Self { channels: (0..layout.channels.len()).map(of).collect() };
+            return Self { channels: (0..layout.channels.len()).into_par_iter().map(of).collect() };
         }
         let seeds: Vec<u64> = (0..SHAKES).map(|s| seed.wrapping_mul(31).wrapping_add(s * 7919)).collect();
         let shakes = form.position_noise(plant, p, &seeds);
         let channels = (0..layout.channels.len())
+            .into_par_iter()
             .map(|c| {
                 let left = saturated(layout, c, residual, columns);
                 let instrument = instrument_floor(records, c);

@@ -235,7 +235,7 @@ fn added(search: &mut Search, state: State, spec: &EffectSpec) -> Result<State, 
     let own: Vec<usize> = (0..state.trials.len()).filter(|&k| state.trials[k].label() == wanted).collect();
     let base = Equations::new(&state.whitener, search.problem, &fitted.model, &fitted.at, 0.0);
     let best = base.and_then(|base| {
-        let screen = Screen { problem: search.problem, model: &fitted.model, base: &base };
+        let screen = Screen::new(search.problem, &fitted.model, &base);
         own.iter()
             .filter_map(|&k| {
                 let raw = state.columns[k].as_ref()?;

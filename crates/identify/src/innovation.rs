@@ -24,7 +24,7 @@ use sinew_plant::Plant;
 
 use crate::freedom::{Links, Springs};
 use crate::record::{Channel, Record, Reduction, Sensors};
-use crate::residual::{Layout, ResidualForm, Rows, TRANSIENT};
+use crate::residual::{Grid, Layout, ResidualForm, Rows, TRANSIENT};
 use crate::scale::Scales;
 use filter::Filters;
 use kalman::{GROUP, Kalman};
@@ -371,9 +371,13 @@ impl ResidualForm for Innovation {
         let now = self.present();
         self.rows(&now).residual(plant, p)
     }
-    fn residuals(&self, plant: &Plant, sets: &[Vec<f64>], springs: Springs) -> Vec<Vec<f64>> {
+    fn residuals(&self, plant: &Plant, sets: &[Vec<f64>], springs: Springs, grid: Grid) -> Vec<Vec<f64>> {
         let now = self.present();
-        self.rows(&now).residuals(plant, sets, springs)
+        self.rows(&now).residuals(plant, sets, springs, grid)
+    }
+    fn holds_on_coarse(&self, plant: &Plant, sets: &[Vec<f64>], springs: Springs) -> bool {
+        let now = self.present();
+        self.rows(&now).holds_on_coarse(plant, sets, springs)
     }
     fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize], springs: Springs) -> Vec<Vec<f64>> {
         let now = self.present();

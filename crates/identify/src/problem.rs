@@ -9,7 +9,7 @@ use sinew_plant::Plant;
 use crate::colour::Whitener;
 use crate::freedom::Springs;
 use crate::least_squares::{Normal, cross, dot, matrix};
-use crate::residual::ResidualForm;
+use crate::residual::{Grid, ResidualForm};
 use crate::unknowns::Unknown;
 use crate::{IdentifyError, Options};
 
@@ -112,7 +112,12 @@ impl Candidate {
 
     /// The same with the links where a reference has them.
     pub fn residual_given(&self, problem: &Problem) -> Vec<f64> {
-        problem.form.residuals(&self.plant, std::slice::from_ref(&self.p), Springs::Given).concat()
+        self.residual_on(problem, Springs::Given, Grid::Fine)
+    }
+
+    /// The same on either grid.
+    pub fn residual_on(&self, problem: &Problem, springs: Springs, grid: Grid) -> Vec<f64> {
+        problem.form.residuals(&self.plant, std::slice::from_ref(&self.p), springs, grid).concat()
     }
 
     pub fn linearise(&self, problem: &Problem) -> Linearised {

@@ -276,6 +276,17 @@ impl Record {
         }
     }
 
+    /// The same of several predictions of one walk.
+    pub fn channel_rows_of_each(&self, predicted: &[Predicted<f64>]) -> Vec<Vec<f64>> {
+        match &self.reduction {
+            Reduction::Innovations(filter) => filter.rows_of_each(predicted, false),
+            Reduction::Thinned(filter) => filter.rows_of_each(predicted, true),
+            Reduction::Kernel | Reduction::Mean => {
+                predicted.iter().map(|one| self.channel_rows(one)).collect()
+            }
+        }
+    }
+
     /// The same of the derivatives of predicted channels along their first `count` directions.
     pub fn channel_rows_along(&self, predicted: &Predicted<Derivative>, count: usize) -> Vec<Vec<f64>> {
         match &self.reduction {

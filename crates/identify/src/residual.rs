@@ -20,7 +20,9 @@ pub(crate) trait ResidualForm: Sync {
     /// Measured minus predicted, all rows.
     fn residual(&self, plant: &Plant, p: &[f64]) -> Vec<f64>;
     /// The same of one plant at several sets of parameters; links may be taken to be where a reference has them.
-    fn residuals(&self, plant: &Plant, sets: &[Vec<f64>], springs: Springs) -> Vec<Vec<f64>>;
+    fn residuals(&self, plant: &Plant, sets: &[Vec<f64>], springs: Springs, grid: Grid) -> Vec<Vec<f64>>;
+    /// True if there is a coarse grid and every spring of a plant is slow enough for it at these parameters.
+    fn holds_on_coarse(&self, plant: &Plant, sets: &[Vec<f64>], springs: Springs) -> bool;
     /// ∂ predicted / ∂ p, one column for each of `positions`; about links where a reference has them or where they are.
     fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize], springs: Springs) -> Vec<Vec<f64>>;
     /// Residual rows that the noise of the imposed positions causes, for one realisation of it a seed.
@@ -38,6 +40,15 @@ pub(crate) trait ResidualForm: Sync {
     }
     /// Comes back to a reference.
     fn adopt(&self, _reference: &Arc<Reference>) {}
+}
+
+/// The instants of a run at which a model is evaluated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Grid {
+    /// Those of the residual.
+    Fine,
+    /// Those on which derivatives are taken.
+    Coarse,
 }
 
 /// The rows of one channel in one run.
@@ -186,9 +197,13 @@ impl Rows<'_> {
     }
 
     /// The same at several sets of parameters.
-    pub fn residuals(&self, plant: &Plant, sets: &[Vec<f64>], springs: Springs) -> Vec<Vec<f64>> {
+    pub fn residuals(&self, plant: &Plant, sets: &[Vec<f64>], springs: Springs, grid: Grid) -> Vec<Vec<f64>> {
+        let records = match grid {
+            Grid::Fine => self.records,
+            Grid::Coarse => self.smooth,
+        };
         let jobs: Vec<(&[Vec<f64>], &Record)> =
-            sets.chunks(LANES).flat_map(|lanes| self.records.iter().map(move |r| (lanes, r))).collect();
+            sets.chunks(LANES).flat_map(|lanes| records.iter().map(move |r| (lanes, r))).collect();
         let parts: Vec<Vec<Vec<f64>>> = jobs
             .par_iter()
             .map(|(lanes, record)| self.predicted_in_lanes(plant, lanes, record, springs))
@@ -203,6 +218,15 @@ impl Rows<'_> {
             .collect()
     }
 
+    /// True if the same springs are simulated on both grids.
+    pub fn holds_on_coarse(&self, plant: &Plant, sets: &[Vec<f64>], springs: Springs) -> bool {
+        let alike = |(fine, coarse): (&Record, &Record)| {
+            let freedom = |p: &[f64], record: &Record| Freedom::of(plant, p, record, springs);
+            sets.iter().all(|p| freedom(p, fine) == freedom(p, coarse))
+        };
+        self.records.iter().zip(self.smooth).all(alike)
+    }
+
     // Rows of one record for up to LANES sets of parameters, in one walk where the same joints are simulated.
     fn predicted_in_lanes(
         &self,
@@ -215,12 +239,12 @@ impl Rows<'_> {
         let alike = |p: &Vec<f64>| p.iter().zip(&sets[0]).all(|(a, b)| (*a == 0.0) == (*b == 0.0));
         if sets.len() == 1 || freedom.iter().any(|f| *f != freedom[0]) || !sets.iter().all(alike) {
             let one = |(p, freedom): (&Vec<f64>, &Freedom)| {
-                record.channel_rows(&predict(plant, p, record, self.channels, freedom))
+                let predicted = predict(plant, p, record, self.channels, freedom);
+                record.channel_rows_of_each(&[predicted]).concat()
             };
             return sets.iter().zip(&freedom).map(one).collect();
         }
-        let lanes = predict_lanes(plant, sets, record, self.channels, &freedom[0]);
-        lanes.iter().map(|predicted| record.channel_rows(predicted)).collect()
+        record.channel_rows_of_each(&predict_lanes(plant, sets, record, self.channels, &freedom[0]))
     }
 
     /// ∂ predicted / ∂ p, one column for each of `positions`.
@@ -288,8 +312,11 @@ impl ResidualForm for Imposed<'_> {
     fn residual(&self, plant: &Plant, p: &[f64]) -> Vec<f64> {
         self.rows().residual(plant, p)
     }
-    fn residuals(&self, plant: &Plant, sets: &[Vec<f64>], springs: Springs) -> Vec<Vec<f64>> {
-        self.rows().residuals(plant, sets, springs)
+    fn residuals(&self, plant: &Plant, sets: &[Vec<f64>], springs: Springs, grid: Grid) -> Vec<Vec<f64>> {
+        self.rows().residuals(plant, sets, springs, grid)
+    }
+    fn holds_on_coarse(&self, _plant: &Plant, _sets: &[Vec<f64>], _springs: Springs) -> bool {
+        false
     }
     fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize], springs: Springs) -> Vec<Vec<f64>> {
         self.rows().columns(plant, p, positions, springs)

@@ -3,12 +3,14 @@
 use faer::Mat;
 use rayon::prelude::*;
 
-use sinew_effect::{Act, Screening};
+use sinew_effect::Screening;
 use sinew_model::{EffectSpec, Setting};
+use sinew_plant::Plant;
 
 use crate::freedom::Springs;
 use crate::least_squares::{Normal, cross, dot, matrix};
 use crate::problem::{Candidate, Equations, Problem, straighten};
+use crate::residual::Grid;
 use crate::trial::{How, Trial};
 
 /// Raw columns of all trials, one for each strength (one secant for an exact trial); none for a trial whose effect
@@ -21,7 +23,10 @@ pub(crate) fn all_columns(
 ) -> Vec<Option<Vec<Vec<f64>>>> {
     let is_linear = |t: &Trial| matches!(t.how, How::New { exact: false, .. });
     let linear: Vec<&Trial> = trials.iter().filter(|t| is_linear(t)).collect();
-    let given = if problem.is_rough() { model.residual_given(problem) } else { residual.to_vec() };
+    let simulated = || Before::of(problem, model, Springs::Simulated, residual.to_vec());
+    let given = || Before::of(problem, model, Springs::Given, model.residual_given(problem));
+    let about = if problem.is_rough() { given() } else { simulated() };
+    let bent = if problem.is_rough() { Some(simulated()) } else { None };
     let (linear, secants) = rayon::join(
         || {
             derivatives(problem, model, &linear)
@@ -32,7 +37,7 @@ pub(crate) fn all_columns(
             let families: Vec<Vec<&EffectSpec>> = families(trials);
             families
                 .par_iter()
-                .map(|family| secants(problem, model, [residual, &given], family))
+                .map(|family| secants(problem, model, [&about, bent.as_ref().unwrap_or(&about)], family))
                 .collect::<Vec<_>>()
                 .concat()
         },
@@ -45,6 +50,23 @@ pub(crate) fn all_columns(
     };
     let finite = |set: &Vec<Vec<f64>>| set.iter().flatten().all(|x| x.is_finite());
     trials.iter().map(set_of).map(|set| set.filter(finite)).collect()
+}
+
+// What is left before an effect is switched on, about one motion of the links.
+struct Before {
+    springs: Springs,
+    fine: Vec<f64>,
+    // None where the model's own springs are too fast for the coarse grid.
+    coarse: Option<Vec<f64>>,
+}
+
+impl Before {
+    fn of(problem: &Problem, model: &Candidate, springs: Springs, fine: Vec<f64>) -> Self {
+        let p = std::slice::from_ref(&model.p);
+        let is_slow = problem.form.holds_on_coarse(&model.plant, p, springs);
+        let coarse = is_slow.then(|| model.residual_on(problem, springs, Grid::Coarse));
+        Self { springs, fine, coarse }
+    }
 }
 
 // Exact trials that follow each other and differ in numbers only: the same effect at the same place in the same words.
@@ -67,12 +89,12 @@ fn is_alike(a: &EffectSpec, b: &EffectSpec) -> bool {
     a.kind == b.kind && a.place == b.place && words(a) == words(b)
 }
 
-// What an effect changes when it is switched on, for each of its start values: links that it does not bend may stay
-// where a reference has them, in which case `given` is what is left without it.
+// What an effect changes when it is switched on, for each of its start values; `about` the motion that derivatives are
+// taken about, or with every spring simulated where it makes a joint elastic.
 fn secants(
     problem: &Problem,
     model: &Candidate,
-    [residual, given]: [&[f64]; 2],
+    [about, bent]: [&Before; 2],
     family: &[&EffectSpec],
 ) -> Vec<Option<Vec<Vec<f64>>>> {
     let extended = |spec: &EffectSpec| {
@@ -91,12 +113,17 @@ fn secants(
     let Some(sets) = family.iter().map(with).collect::<Option<Vec<_>>>() else {
         return vec![None; family.len()];
     };
-    let bends = plant.effects()[model.specs.len()].effect.acts().contains(&Act::Deflection);
-    let springs =
-        if bends || plant.elastic() != model.plant.elastic() { Springs::Simulated } else { problem.slopes };
-    let residual = if springs == Springs::Given { given } else { residual };
+    let before = if springs_of(&plant).eq(springs_of(&model.plant)) { about } else { bent };
+    let springs = before.springs;
+    let coarse = before.coarse.as_ref().filter(|_| problem.form.holds_on_coarse(&plant, &sets, springs));
+    let (residual, grid) = coarse.map_or((&before.fine, Grid::Fine), |coarse| (coarse, Grid::Coarse));
     let secant = |changed: Vec<f64>| Some(vec![residual.iter().zip(changed).map(|(a, b)| a - b).collect()]);
-    problem.form.residuals(&plant, &sets, springs).into_iter().map(secant).collect()
+    problem.form.residuals(&plant, &sets, springs, grid).into_iter().map(secant).collect()
+}
+
+// Which of the robot's own joints have a spring.
+fn springs_of(plant: &Plant) -> impl Iterator<Item = bool> {
+    plant.joints().iter().map(|&dof| plant.elastic()[dof])
 }
 
 // Derivatives along the strengths of several trials at zero, in one plant; none if there is no such plant.
@@ -142,9 +169,12 @@ pub(crate) struct Score {
 
 /// Scores of trials against a fitted base.
 pub(crate) struct Screen<'a> {
-    pub problem: &'a Problem<'a>,
-    pub model: &'a Candidate,
-    pub base: &'a Equations,
+    problem: &'a Problem<'a>,
+    model: &'a Candidate,
+    base: &'a Equations,
+    // J, and the residual at the base's minimum.
+    jacobian: Mat<f64>,
+    minimum: Mat<f64>,
 }
 
 // Mean square of a whitened residual from which a linear screen is not believed about swings.
@@ -152,7 +182,19 @@ const FAR: f64 = 9.0;
 // A candidate that the free parameters imitate to this share cannot be told from them.
 const ABSORBED: f64 = 1.0 - 1e-9;
 
-impl Screen<'_> {
+impl<'a> Screen<'a> {
+    /// About a fitted model and its equations.
+    pub fn new(problem: &'a Problem<'a>, model: &'a Candidate, base: &'a Equations) -> Self {
+        // r⊥ = r − J d₀
+        let mut minimum = base.residual.clone();
+        for (column, d) in base.columns.iter().zip(&base.step) {
+            for (x, c) in minimum.iter_mut().zip(column) {
+                *x -= c * d;
+            }
+        }
+        Self { problem, model, base, jacobian: matrix(&base.columns), minimum: matrix(&[minimum]) }
+    }
+
     /// Score of a trial whose whitened columns are given. Shares of the signal are left to the refit.
     pub fn score(&self, trial: &Trial, white: &[Vec<f64>]) -> Option<Score> {
         match &trial.how {
@@ -176,17 +218,6 @@ impl Screen<'_> {
         dot(residual, residual) > FAR * residual.len() as f64
     }
 
-    // r⊥ = r − J d₀, the residual at the base's minimum
-    fn minimum(&self) -> Vec<f64> {
-        let mut r = self.base.residual.clone();
-        for (column, d) in self.base.columns.iter().zip(&self.base.step) {
-            for (x, c) in r.iter_mut().zip(column) {
-                *x -= c * d;
-            }
-        }
-        r
-    }
-
     // A new degree of freedom is no small change: judged by the residual that it leaves at the stated values.
     fn switched(&self, white: &[Vec<f64>]) -> Option<Score> {
         let before = dot(&self.base.residual, &self.base.residual);
@@ -208,13 +239,11 @@ impl Screen<'_> {
             return None;
         }
         let z = matrix(white);
-        let j = matrix(&self.base.columns);
-        let share = self.base.normal.solve_many(&cross(&j, &z));
-        let orthogonal: Mat<f64> = &z - &j * &share;
-        let minimum = self.minimum();
-        let r = matrix(std::slice::from_ref(&minimum));
+        let j = &self.jacobian;
+        let share = self.base.normal.solve_many(&cross(j, &z));
+        let orthogonal: Mat<f64> = &z - j * &share;
         let s_matrix = cross(&z, &orthogonal);
-        let s = cross(&z, &r);
+        let s = cross(&z, &self.minimum);
         let k = white.len();
         let right: Vec<f64> = (0..k).map(|i| s[(i, 0)]).collect();
         let left = (0..k).map(|i| s_matrix[(i, i)] / own[i].max(1e-300)).fold(0.0, f64::max);

@@ -357,7 +357,7 @@ impl<'a> Search<'a> {
         let layout = self.problem.form.layout();
         let base = Equations::new(&state.whitener, self.problem, &about.model, &about.at, 0.0)?;
         let base = base.bounded(&about.model)?;
-        let screen = Screen { problem: self.problem, model: &about.model, base: &base };
+        let screen = Screen::new(self.problem, &about.model, &base);
         let score = |(trial, raw): (&Trial, &Option<Vec<Vec<f64>>>)| {
             screen.score(trial, &state.whitener.apply_all(layout, raw.as_ref()?))
         };

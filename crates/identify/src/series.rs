@@ -15,6 +15,29 @@ pub(crate) struct Predicted<S> {
     pub links: Vec<Vec<S>>,
 }
 
+/// One of the series of a prediction.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Which {
+    /// A channel, by its number.
+    Channel(usize),
+    /// The torque on a given link, by degree of freedom.
+    Link(usize),
+}
+
+impl<S> Predicted<S> {
+    /// A series.
+    pub fn series(&self, which: Which) -> &[S] {
+        match which {
+            Which::Channel(channel) => &self.channels[channel],
+            Which::Link(dof) => &self.links[dof],
+        }
+    }
+    /// True if the link of a degree of freedom moves as given.
+    pub fn has_links(&self, dof: usize) -> bool {
+        self.links.get(dof).is_some_and(|series| !series.is_empty())
+    }
+}
+
 /// What each channel's sensor would see, before drive and sensor delay it; filled in grid step by grid step.
 pub(crate) struct Series<'c, S> {
     channels: &'c [Channel],

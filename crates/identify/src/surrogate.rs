@@ -23,7 +23,7 @@ use crate::explore::explore;
 use crate::freedom::Springs;
 use crate::innovation::Reference;
 use crate::problem::Problem;
-use crate::residual::{Layout, ResidualForm};
+use crate::residual::{Grid, Layout, ResidualForm};
 use crate::search::{Search, State};
 use crate::{IdentifyError, Options};
 
@@ -179,8 +179,11 @@ impl ResidualForm for Surrogate<'_> {
     fn residual(&self, plant: &Plant, p: &[f64]) -> Vec<f64> {
         self.changed(self.form.residual(plant, p))
     }
-    fn residuals(&self, plant: &Plant, sets: &[Vec<f64>], springs: Springs) -> Vec<Vec<f64>> {
-        self.form.residuals(plant, sets, springs).into_iter().map(|rows| self.changed(rows)).collect()
+    fn residuals(&self, plant: &Plant, sets: &[Vec<f64>], springs: Springs, grid: Grid) -> Vec<Vec<f64>> {
+        self.form.residuals(plant, sets, springs, grid).into_iter().map(|rows| self.changed(rows)).collect()
+    }
+    fn holds_on_coarse(&self, plant: &Plant, sets: &[Vec<f64>], springs: Springs) -> bool {
+        self.form.holds_on_coarse(plant, sets, springs)
     }
     fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize], springs: Springs) -> Vec<Vec<f64>> {
         self.form.columns(plant, p, positions, springs)

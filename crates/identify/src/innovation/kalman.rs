@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 
-use super::system::{Deviations, Joint, State, System, Torques};
+use super::system::{Joint, State, System};
 
 /// Most joints whose covariance is carried along together.
 pub(super) const GROUP: usize = 3;
@@ -37,28 +37,37 @@ pub(super) struct Kalman<'a> {
     pub noise: &'a [f64],
 }
 
-// Covariance of a group's states, by rows.
-type Covariance = Vec<f64>;
+// A group has four states a joint: the size of its matrices is known where they are multiplied.
+macro_rules! by_size {
+    ($kalman:expr, $method:ident($($argument:expr),*)) => {
+        match $kalman.group.len() {
+            1 => $kalman.$method::<4>($($argument),*),
+            2 => $kalman.$method::<8>($($argument),*),
+            _ => $kalman.$method::<{ 4 * GROUP }>($($argument),*),
+        }
+    };
+}
 
 impl Kalman<'_> {
     fn joints(&self) -> &[Joint] {
         &self.system.joints[self.group.clone()]
     }
-    fn size(&self) -> usize {
-        4 * self.group.len()
-    }
 
     /// The gains of every encoder in every sample, joint by joint.
     pub fn gains(&self) -> Vec<Gain> {
-        let mut p = self.start();
+        by_size!(self, gains_of())
+    }
+
+    fn gains_of<const D: usize>(&self) -> Vec<Gain> {
+        let mut p = self.start::<D>();
         let mut gains = Vec::new();
         for k in 0..self.system.len() {
             for (i, joint) in self.joints().iter().enumerate() {
                 for (state, variance) in joint.sensors() {
-                    gains.push(self.update(&mut p, 4 * i + state, variance));
+                    gains.push(update(&mut p, 4 * i + state, variance));
                 }
             }
-            p = self.forward(&p, k).1;
+            p = self.step(k).forward(&p).1;
         }
         gains
     }
@@ -70,192 +79,218 @@ impl Kalman<'_> {
         input: impl Fn(usize, usize) -> Input,
         counts: impl Fn(usize, usize) -> bool,
     ) -> f64 {
-        let (mut p, mut x, mut sum) = (self.start(), vec![[[0.0]; 4]; self.group.len()], 0.0);
+        by_size!(self, misfit_of(samples, &input, &counts))
+    }
+
+    fn misfit_of<const D: usize>(
+        &self,
+        samples: usize,
+        input: &impl Fn(usize, usize) -> Input,
+        counts: &impl Fn(usize, usize) -> bool,
+    ) -> f64 {
+        let (mut p, mut x, mut sum) = (self.start::<D>(), [0.0; D], 0.0);
         for k in 0..samples.min(self.system.len()) {
-            self.correct(k, &mut p, &mut x, &input, |joint, z, white| {
+            self.correct(k, &mut p, &mut x, input, |joint, z, white| {
                 if counts(joint, k) {
                     sum += z * z - 2.0 * white.ln();
                 }
             });
-            p = self.forward(&p, k).1;
-            self.predict(k, &mut x, &input);
+            let step = self.step(k);
+            p = step.forward(&p).1;
+            x = self.predict(&step, k, &x, input);
         }
         sum
     }
 
     /// The deviation of every joint of the group in every sample, by all of them: filter forwards, smoother backwards.
     pub fn smoothed(&self, input: impl Fn(usize, usize) -> Input) -> Vec<Vec<State>> {
-        let (n, d) = (self.system.len(), self.size());
-        let flat = |x: &[[[f64; 1]; 4]]| -> Vec<f64> { x.iter().flatten().map(|[x]| *x).collect() };
-        let mut seen: Vec<Vec<f64>> = Vec::with_capacity(n);
+        by_size!(self, smoothed_of(&input))
+    }
+
+    fn smoothed_of<const D: usize>(&self, input: &impl Fn(usize, usize) -> Input) -> Vec<Vec<State>> {
+        let n = self.system.len();
+        let mut seen: Vec<[f64; D]> = Vec::with_capacity(n);
         // Of each step: x⁻, Φ P and P⁻ after it.
-        let mut ahead: Vec<(Vec<f64>, Covariance, Covariance)> = Vec::with_capacity(n);
-        let (mut p, mut x) = (self.start(), vec![[[0.0]; 4]; self.group.len()]);
+        let mut ahead: Vec<([f64; D], Matrix<D>, Matrix<D>)> = Vec::with_capacity(n);
+        let (mut p, mut x) = (self.start::<D>(), [0.0; D]);
         for k in 0..n {
-            self.correct(k, &mut p, &mut x, &input, |_, _, _| ());
-            seen.push(flat(&x));
-            let (half, next) = self.forward(&p, k);
-            self.predict(k, &mut x, &input);
-            ahead.push((flat(&x), half, next.clone()));
+            self.correct(k, &mut p, &mut x, input, |_, _, _| ());
+            seen.push(x);
+            let step = self.step(k);
+            let (half, next) = step.forward(&p);
+            x = self.predict(&step, k, &x, input);
+            ahead.push((x, half, next));
             p = next;
         }
         // x̂_k = x_k + (Φ P_k)ᵀ P⁻_{k+1}⁻¹ (x̂_{k+1} − x⁻_{k+1})
         for k in (0..n.saturating_sub(1)).rev() {
             let (predicted, half, covariance) = &ahead[k];
-            let change: Vec<f64> = seen[k + 1].iter().zip(predicted).map(|(a, b)| a - b).collect();
-            let y = solved(covariance, &change);
-            for i in 0..d {
-                seen[k][i] += (0..d).map(|j| half[j * d + i] * y[j]).sum::<f64>();
+            let change = std::array::from_fn(|i| seen[k + 1][i] - predicted[i]);
+            for (y, half) in solved(covariance, &change).into_iter().zip(half) {
+                add(&mut seen[k], y, half);
             }
         }
         let of_joint = |i: usize| seen.iter().map(|x| std::array::from_fn(|s| x[4 * i + s])).collect();
         (0..self.group.len()).map(of_joint).collect()
     }
 
-    fn start(&self) -> Covariance {
-        let d = self.size();
-        let mut p = vec![0.0; d * d];
+    fn start<const D: usize>(&self) -> Matrix<D> {
+        let mut p = [[0.0; D]; D];
         for (i, joint) in self.joints().iter().enumerate() {
             for s in 0..joint.encoders.shown + 2 {
-                p[(4 * i + s) * (d + 1)] = START[s % 2] * START[s % 2];
+                p[4 * i + s][4 * i + s] = START[s % 2] * START[s % 2];
             }
         }
         p
     }
 
-    // K = P c/S,   P ← P − K S Kᵀ,   S = cᵀ P c + R
-    fn update(&self, p: &mut Covariance, state: usize, variance: f64) -> Gain {
-        let d = self.size();
-        let s = p[state * (d + 1)] + variance;
-        let mut gain = Gain { column: [0.0; 4 * GROUP], white: 1.0 / s.sqrt() };
-        for i in 0..d {
-            gain.column[i] = p[i * d + state] / s;
-        }
-        for i in 0..d {
-            for j in 0..d {
-                p[i * d + j] -= gain.column[i] * gain.column[j] * s;
-            }
-        }
-        gain
-    }
-
     // One sample's encoders: `told` is given joint, whitened innovation and 1/√S of each.
-    fn correct(
+    fn correct<const D: usize>(
         &self,
         k: usize,
-        p: &mut Covariance,
-        x: &mut Deviations<1>,
+        p: &mut Matrix<D>,
+        x: &mut [f64; D],
         input: &impl Fn(usize, usize) -> Input,
         mut told: impl FnMut(usize, f64, f64),
     ) {
         for (i, joint) in self.joints().iter().enumerate() {
             let [_, motor, link] = input(self.group.start + i, k);
             for ((state, variance), y) in joint.sensors().zip([motor, link]) {
-                let gain = self.update(p, 4 * i + state, variance);
-                let e = y - x[i][state][0];
+                let gain = update(p, 4 * i + state, variance);
+                let e = y - x[4 * i + state];
                 told(self.group.start + i, e * gain.white, gain.white);
-                for (n, x) in x.iter_mut().flatten().enumerate() {
-                    x[0] += gain.column[n] * e;
+                for (x, column) in x.iter_mut().zip(gain.column) {
+                    *x += column * e;
                 }
             }
         }
     }
 
-    fn predict(&self, k: usize, x: &mut Deviations<1>, input: &impl Fn(usize, usize) -> Input) {
-        let torques: Vec<Torques<1>> = self.group.clone().map(|j| [[input(j, k)[0]], [0.0]]).collect();
-        let mut next = [[[0.0]; 4]; GROUP];
-        self.system.advance(self.group.clone(), k, &torques, x, &mut next);
-        x.copy_from_slice(&next[..x.len()]);
+    // Φ x̃ + g δτ
+    fn predict<const D: usize>(
+        &self,
+        step: &Step<D>,
+        k: usize,
+        x: &[f64; D],
+        input: &impl Fn(usize, usize) -> Input,
+    ) -> [f64; D] {
+        let mut next = [0.0; D];
+        for (column, x) in step.turned.iter().zip(x) {
+            add(&mut next, *x, column);
+        }
+        for (i, joint) in self.group.clone().enumerate() {
+            add(&mut next, input(joint, k)[0], &step.pushes[2 * i]);
+        }
+        next
     }
 
+    // The step after sample k.
+    fn step<const D: usize>(&self, k: usize) -> Step<D> {
+        let (mut turned, mut pushes) = ([[0.0; D]; D], [[0.0; D]; 2 * GROUP]);
+        self.system.step(self.group.clone(), k, &mut turned, &mut pushes);
+        let variance = std::array::from_fn(|m| {
+            let noise = self.noise.get(self.group.start + m / 2).copied().unwrap_or(0.0);
+            // Motor and link in turn.
+            (noise * [1.0, LINK_SHARE][m % 2]).powi(2)
+        });
+        Step { turned, pushes, variance }
+    }
+}
+
+type Matrix<const D: usize> = [[f64; D]; D];
+
+// A sample period of a group: x̃ ← Φ x̃ + Σ g δτ.
+struct Step<const D: usize> {
+    // Φᵀ
+    turned: Matrix<D>,
+    // g of the motor and of the link of every joint, with the variances of their torques.
+    pushes: [[f64; D]; 2 * GROUP],
+    variance: [f64; 2 * GROUP],
+}
+
+impl<const D: usize> Step<D> {
     // Φ P  and  P⁻ = Φ P Φᵀ + Q
-    fn forward(&self, p: &Covariance, k: usize) -> (Covariance, Covariance) {
-        let d = self.size();
-        let half = self.carried(p, k);
-        let mut turned = vec![0.0; d * d];
-        for i in 0..d {
-            for j in 0..d {
-                turned[j * d + i] = half[i * d + j];
+    fn forward(&self, p: &Matrix<D>) -> (Matrix<D>, Matrix<D>) {
+        #[cfg(target_arch = "x86_64")]
+        if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
+            // SAFETY: the machine has the instructions that the function is compiled for.
+            return unsafe { self.forward_avx2(p) };
+        }
+        self.forward_plain(p)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma")]
+    fn forward_avx2(&self, p: &Matrix<D>) -> (Matrix<D>, Matrix<D>) {
+        self.forward_plain(p)
+    }
+
+    // Inlined into its callers, so that each compiles it for its own instructions.
+    #[inline(always)]
+    fn forward_plain(&self, p: &Matrix<D>) -> (Matrix<D>, Matrix<D>) {
+        let (mut half, mut next) = ([[0.0; D]; D], [[0.0; D]; D]);
+        for (column, p) in self.turned.iter().zip(p) {
+            for (half, phi) in half.iter_mut().zip(column) {
+                add(half, *phi, p);
             }
         }
-        let mut next = self.carried(&turned, k);
-        for of_motor in [true, false] {
-            for (g, variance) in self.effects(k, of_motor) {
-                for i in (0..d).filter(|&i| g[i] != 0.0) {
-                    for j in 0..d {
-                        next[i * d + j] += variance * g[i] * g[j];
-                    }
-                }
+        for (next, half) in next.iter_mut().zip(&half) {
+            for (half, column) in half.iter().zip(&self.turned) {
+                add(next, *half, column);
             }
         }
-        for i in 0..d {
+        for (g, variance) in self.pushes.iter().zip(self.variance).take(D / 2) {
+            for (next, of_row) in next.iter_mut().zip(g).filter(|(_, g)| **g != 0.0) {
+                add(next, variance * of_row, g);
+            }
+        }
+        for i in 0..D {
             for j in 0..i {
-                let mean = 0.5 * (next[i * d + j] + next[j * d + i]);
-                (next[i * d + j], next[j * d + i]) = (mean, mean);
+                let mean = 0.5 * (next[i][j] + next[j][i]);
+                (next[i][j], next[j][i]) = (mean, mean);
             }
         }
         (half, next)
     }
+}
 
-    // Φ times a matrix, four columns at a time.
-    fn carried(&self, matrix: &[f64], k: usize) -> Covariance {
-        let (d, n) = (self.size(), self.group.len());
-        let still = [[[0.0; 4]; 2]; GROUP];
-        let mut out = vec![0.0; d * d];
-        for block in 0..n {
-            let at = |i: usize, s: usize, w: usize| (4 * i + s) * d + 4 * block + w;
-            let mut x = [[[0.0; 4]; 4]; GROUP];
-            for (i, x) in x[..n].iter_mut().enumerate() {
-                for (s, x) in x.iter_mut().enumerate() {
-                    *x = std::array::from_fn(|w| matrix[at(i, s, w)]);
-                }
-            }
-            let mut next = x;
-            self.system.advance(self.group.clone(), k, &still[..n], &x[..n], &mut next[..n]);
-            for (i, x) in next[..n].iter().enumerate() {
-                for (s, x) in x.iter().enumerate() {
-                    (0..4).for_each(|w| out[at(i, s, w)] = x[w]);
-                }
-            }
-        }
-        out
-    }
-
-    // What a torque noise of one joint, on its motor or on its link, does to the states of the group in one step, with its
-    // variance.
-    fn effects(&self, k: usize, of_motor: bool) -> impl Iterator<Item = ([f64; 4 * GROUP], f64)> {
-        let n = self.group.len();
-        let still = [[[0.0]; 4]; GROUP];
-        (0..n).map(move |j| {
-            let (mut torques, mut next) = ([[[0.0]; 2]; GROUP], still);
-            torques[j][usize::from(!of_motor)] = [1.0];
-            self.system.advance(self.group.clone(), k, &torques[..n], &still[..n], &mut next[..n]);
-            let noise = self.noise[self.group.start + j];
-            let share = if of_motor { 1.0 } else { LINK_SHARE };
-            (std::array::from_fn(|i| next[i / 4][i % 4][0]), (share * noise).powi(2))
-        })
+// a ← a + s b
+#[inline(always)]
+fn add<const D: usize>(a: &mut [f64; D], s: f64, b: &[f64; D]) {
+    for (a, b) in a.iter_mut().zip(b) {
+        *a += s * b;
     }
 }
 
+// K = P c/S,   P ← P − K S Kᵀ,   S = cᵀ P c + R
+fn update<const D: usize>(p: &mut Matrix<D>, state: usize, variance: f64) -> Gain {
+    let row = p[state];
+    let s = row[state] + variance;
+    let mut gain = Gain { column: [0.0; 4 * GROUP], white: 1.0 / s.sqrt() };
+    for (p, (gain, seen)) in p.iter_mut().zip(gain.column.iter_mut().zip(row)) {
+        *gain = seen / s;
+        add(p, -*gain, &row);
+    }
+    gain
+}
+
 // P⁻¹ b by Cholesky's factors of P scaled to unit diagonal; directions without variance give nothing.
-fn solved(p: &[f64], b: &[f64]) -> Vec<f64> {
-    let d = b.len();
-    let scale: Vec<f64> =
-        (0..d).map(|i| if p[i * (d + 1)] > 0.0 { 1.0 / p[i * (d + 1)].sqrt() } else { 0.0 }).collect();
-    let mut l = vec![0.0; d * d];
-    for i in 0..d {
+fn solved<const D: usize>(p: &Matrix<D>, b: &[f64; D]) -> [f64; D] {
+    let scale: [f64; D] = std::array::from_fn(|i| if p[i][i] > 0.0 { 1.0 / p[i][i].sqrt() } else { 0.0 });
+    let mut l = [[0.0; D]; D];
+    for i in 0..D {
         for j in 0..=i {
-            let entry = if i == j { 1.0 + 1e-12 } else { p[i * d + j] * scale[i] * scale[j] };
-            let sum = entry - (0..j).map(|m| l[i * d + m] * l[j * d + m]).sum::<f64>();
-            l[i * d + j] = if i == j { sum.max(1e-14).sqrt() } else { sum / l[j * (d + 1)] };
+            let entry = if i == j { 1.0 + 1e-12 } else { p[i][j] * scale[i] * scale[j] };
+            let sum = entry - (0..j).map(|m| l[i][m] * l[j][m]).sum::<f64>();
+            l[i][j] = if i == j { sum.max(1e-14).sqrt() } else { sum / l[j][j] };
         }
     }
-    let mut y: Vec<f64> = b.iter().zip(&scale).map(|(b, s)| b * s).collect();
-    for i in 0..d {
-        y[i] = (y[i] - (0..i).map(|j| l[i * d + j] * y[j]).sum::<f64>()) / l[i * (d + 1)];
+    let mut y: [f64; D] = std::array::from_fn(|i| b[i] * scale[i]);
+    for i in 0..D {
+        y[i] = (y[i] - (0..i).map(|j| l[i][j] * y[j]).sum::<f64>()) / l[i][i];
     }
-    for i in (0..d).rev() {
-        y[i] = (y[i] - (i + 1..d).map(|j| l[j * d + i] * y[j]).sum::<f64>()) / l[i * (d + 1)];
+    for i in (0..D).rev() {
+        y[i] = (y[i] - (i + 1..D).map(|j| l[j][i] * y[j]).sum::<f64>()) / l[i][i];
     }
-    y.iter().zip(&scale).map(|(y, s)| y * s).collect()
+    std::array::from_fn(|i| y[i] * scale[i])
 }

@@ -4,7 +4,7 @@ use sinew_effect::{DIRECTIONS, Derivative};
 
 use super::filter::Filters;
 use super::motion::{Even, Motion, at_sample, in_hold};
-use crate::series::Predicted;
+use crate::series::{Predicted, Which};
 
 /// The frozen filters of a run, and the channels that they take in and give out: the innovation of a motor stands in the
 /// place of its torque, that of a link in the place of its position.
@@ -19,8 +19,28 @@ pub(crate) struct Innovations {
 impl Innovations {
     /// Rows of what is predicted at the middles of the holds; channel after channel.
     pub fn rows(&self, predicted: &Predicted<f64>) -> Vec<f64> {
-        let sets = self.through(predicted, |series, k| [series[k]]);
+        let has_links = |dof| predicted.has_links(dof);
+        let sets = self.through(has_links, |which, k| [predicted.series(which)[k]]);
         sets.into_iter().flatten().map(|[x]| x).collect()
+    }
+
+    /// The same of several predictions of one walk, given there or at every second sample.
+    pub fn rows_of_each(&self, predicted: &[Predicted<f64>], thinned: bool) -> Vec<Vec<f64>> {
+        match predicted {
+            [one] if !thinned => vec![self.rows(one)],
+            _ => predicted.chunks(DIRECTIONS).flat_map(|sets| self.rows_of_few(sets, thinned)).collect(),
+        }
+    }
+
+    fn rows_of_few(&self, sets: &[Predicted<f64>], thinned: bool) -> Vec<Vec<f64>> {
+        let last = sets.len() - 1;
+        let at = |which: Which, k: usize| -> [f64; DIRECTIONS] {
+            std::array::from_fn(|w| sets[w.min(last)].series(which)[k])
+        };
+        let between = |which: Which, k| in_hold(sets[0].series(which).len(), k, |m| at(which, m));
+        let has_links = |dof| sets[0].has_links(dof);
+        let rows = if thinned { self.through(has_links, between) } else { self.through(has_links, at) };
+        turned(&rows, sets.len())
     }
 
     /// The same of derivatives, given there or at every second sample, for the first `count` directions.
@@ -30,29 +50,32 @@ impl Innovations {
         count: usize,
         thinned: bool,
     ) -> Vec<Vec<f64>> {
-        let between = |series: &[Derivative], k| in_hold(series.len(), k, |m| series[m].derivative);
-        let sets = if thinned {
-            self.through(predicted, between)
-        } else {
-            self.through(predicted, |series, k| series[k].derivative)
+        let between = |which: Which, k| {
+            let series = predicted.series(which);
+            in_hold(series.len(), k, |m| series[m].derivative)
         };
-        let sets: Vec<[f64; DIRECTIONS]> = sets.into_iter().flatten().collect();
-        (0..count.min(DIRECTIONS)).map(|d| sets.iter().map(|row| row[d]).collect()).collect()
+        let has_links = |dof| predicted.has_links(dof);
+        let rows = if thinned {
+            self.through(has_links, between)
+        } else {
+            self.through(has_links, |which, k| predicted.series(which)[k].derivative)
+        };
+        turned(&rows, count.min(DIRECTIONS))
     }
 
     // `of` takes from a series in the middle of a hold.
-    fn through<S, const W: usize>(
+    fn through<const W: usize>(
         &self,
-        predicted: &Predicted<S>,
-        of: impl Fn(&[S], usize) -> [f64; W],
+        has_links: impl Fn(usize) -> bool,
+        of: impl Fn(Which, usize) -> [f64; W],
     ) -> Vec<Vec<[f64; W]>> {
-        let Predicted { channels, links } = predicted;
         let holds = self.filters.system.len();
+        let on_link: Vec<bool> = self.joints.iter().map(|j| has_links(j.dof)).collect();
         let input = |joint: usize, k: usize| {
             let JointChannels { dof, torque, position } = self.joints[joint];
-            let on_link = links.get(dof).filter(|series| !series.is_empty());
-            let torques = [of(&channels[torque], k), on_link.map_or([0.0; W], |series| of(series, k))];
-            let link = position.map_or([0.0; W], |c| at_sample(holds, k, |hold| of(&channels[c], hold)));
+            let on_link = if on_link[joint] { of(Which::Link(dof), k) } else { [0.0; W] };
+            let torques = [of(Which::Channel(torque), k), on_link];
+            let link = position.map_or([0.0; W], |c| at_sample(holds, k, |hold| of(Which::Channel(c), hold)));
             [torques, [[0.0; W], link]]
         };
         self.by_channel(self.filters.rows(input))
@@ -98,6 +121,11 @@ impl Innovations {
         }
         out
     }
+}
+
+// Channels of rows of several sets as one vector a set, for the first `count`.
+fn turned<const W: usize>(channels: &[Vec<[f64; W]>], count: usize) -> Vec<Vec<f64>> {
+    (0..count).map(|w| channels.iter().flatten().map(|row| row[w]).collect()).collect()
 }
 
 /// A joint with its channels.

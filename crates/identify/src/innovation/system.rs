@@ -243,6 +243,41 @@ impl System {
             (next[i][link], next[i][link + 1]) = (position, velocity);
         }
     }
+
+    /// The same as matrices of zeros to be filled: Φᵀ of four states a joint, g of the motor and of the link of every
+    /// joint in turn.
+    pub fn step<const D: usize>(
+        &self,
+        joints: Range<usize>,
+        k: usize,
+        turned: &mut [[f64; D]; D],
+        pushes: &mut [[f64; D]],
+    ) {
+        for (i, joint) in self.joints[joints.clone()].iter().enumerate() {
+            let step = &joint.steps[k];
+            for r in 0..4 {
+                for s in 0..4 {
+                    turned[4 * i + s][4 * i + r] = step.phi[r][s];
+                }
+                pushes[2 * i][4 * i + r] = step.motor[r];
+                pushes[2 * i + 1][4 * i + r] = step.link[r];
+            }
+        }
+        let Some(coupling) = self.coupling.get(k).map(|&c| &self.couplings[c]) else { return };
+        for (i, to) in joints.clone().enumerate() {
+            let link = 4 * i + self.joints[to].encoders.shown;
+            for (j, from) in joints.clone().enumerate() {
+                let entry = to * self.joints.len() + from;
+                for (r, of_row) in coupling.blocks[entry].iter().enumerate() {
+                    for (s, x) in of_row.iter().enumerate() {
+                        turned[4 * j + s][link + r] += x;
+                    }
+                    pushes[2 * j][link + r] += coupling.motor[entry][r];
+                    pushes[2 * j + 1][link + r] += coupling.link[entry][r];
+                }
+            }
+        }
+    }
 }
 
 impl Coupling {
