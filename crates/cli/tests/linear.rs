@@ -278,7 +278,7 @@ fn wrong_input_is_answered_with_what_is_allowed() {
 }
 
 #[test]
-fn a_link_that_bends_without_mass_is_in_every_mode_and_has_none_of_its_own() {
+fn a_link_that_bends_without_mass_takes_part_and_has_no_mode_of_its_own() {
     let bending = "\n[links.upper_arm.bending]\nlength = 0.3\nEI = 900.0\naxes = [\"y\"]\nsprings = 2\n";
     let bench = Bench::with("massless", &(SIDECAR.to_owned() + bending));
     let told = bench.json(&["info", "arm.sinew.toml"]);
