@@ -35,6 +35,15 @@ pub(crate) fn is_nuisance(kind: &str) -> bool {
     NUISANCES.contains(&kind)
 }
 
+/// True for deviations of a body's inertia from what the URDF says.
+pub(crate) fn is_inertial(kind: &str) -> bool {
+    NUISANCES[..3].contains(&kind)
+}
+
+/// How much wider the tolerances of nominal inertias are than those of exact ones.
+pub(crate) const EXACT_TO_NOMINAL: f64 = 30.0;
+
+// Those of inertias first.
 const NUISANCES: [&str; 6] = [
     "link_mass",
     "link_first_moment",

@@ -3,9 +3,10 @@
 use faer::Mat;
 
 use sinew_effect::Catalogue;
-use sinew_model::{EffectSpec, Robot};
+use sinew_model::{EffectSpec, Robot, Trust};
 use sinew_plant::Plant;
 
+use crate::base::{EXACT_TO_NOMINAL, is_inertial};
 use crate::colour::Whitener;
 use crate::freedom::Springs;
 use crate::least_squares::{Normal, cross, dot, matrix};
@@ -143,10 +144,13 @@ impl Candidate {
     }
 
     /// Drops unknowns that the data cannot move: their columns are shorter than the noise even at their tolerance.
-    pub fn keep_excited(&mut self, whitened: &[Vec<f64>], always: impl Fn(&Unknown) -> bool) -> Vec<usize> {
+    /// Inertias that are known exactly count as nominal: what hangs on a link is not known as well as the link.
+    pub fn keep_excited(&mut self, whitened: &[Vec<f64>], trust: Trust) -> Vec<usize> {
+        let is_exact = |u: &Unknown| trust == Trust::Exact && is_inertial(&self.specs[u.id.effect].kind);
         let excited = |k: usize, u: &Unknown| {
             let length = dot(&whitened[k], &whitened[k]).sqrt();
-            length.is_finite() && (length * u.scale > 0.05 || (always(u) && length > 0.0))
+            let size = if is_exact(u) { EXACT_TO_NOMINAL * u.scale } else { u.scale };
+            length.is_finite() && length * size > 0.05
         };
         let kept: Vec<usize> = (0..self.unknowns.len()).filter(|&k| excited(k, &self.unknowns[k])).collect();
         self.unknowns = kept.iter().map(|&k| self.unknowns[k].clone()).collect();
@@ -346,7 +350,36 @@ pub(crate) fn refine(
 
 #[cfg(test)]
 mod tests {
+    use sinew_data::{Quantity, Run, Signal};
+    use sinew_effects::CATALOGUE;
+    use sinew_model::samples;
+
     use super::*;
+    use crate::comparison::Prepared;
+
+    // What hangs on the last link of an exact robot shows in columns far longer than the link's own tolerance asks for.
+    #[test]
+    fn exact_inertias_stay_in_the_model_where_nominal_ones_are_not_excited() {
+        let robot = Robot::rigid(samples::planar_arm(1, 4.0, 0.5));
+        let time: Vec<f64> = (0..2500).map(|k| 1e-3 * k as f64).collect();
+        let sine: Vec<f64> = time.iter().map(|t| 0.5 * (3.0 * t).sin()).collect();
+        let signal = |quantity| Signal::new(quantity, robot.model.dof_name(0), sine.clone());
+        let signals = vec![signal(Quantity::MotorPosition), signal(Quantity::MotorTorque)];
+        let runs = [Run::new("sine".to_owned(), time, signals).unwrap()];
+        let options = Options::default();
+        let prepared = Prepared::new(&robot, &runs, &options).unwrap();
+        let form = prepared.form(&robot);
+        let problem = Problem::new(&robot, &CATALOGUE, &form, &options);
+        let kept = |trust| {
+            let mut model = Candidate::new(&problem, prepared.base_specs(&robot, &CATALOGUE)).unwrap();
+            let faint: Vec<Vec<f64>> = model.unknowns.iter().map(|u| vec![0.01 / u.scale]).collect();
+            model.keep_excited(&faint, trust);
+            model.unknowns.iter().map(|u| model.specs[u.id.effect].kind.clone()).collect::<Vec<_>>()
+        };
+        assert!(kept(Trust::Nominal).is_empty());
+        let exact = kept(Trust::Exact);
+        assert!(exact.len() == 10 && exact.iter().all(|kind| is_inertial(kind)), "{exact:?}");
+    }
 
     #[test]
     fn a_step_that_gains_much_is_free() {

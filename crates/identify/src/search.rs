@@ -224,7 +224,7 @@ impl<'a> Search<'a> {
         }
         let whitener = self.noise(&model, &at.residual, &[&at.columns]);
         let white = whitener.apply_all(layout, &at.columns);
-        let kept = model.keep_excited(&white, |_| false);
+        let kept = model.keep_excited(&white, self.problem.robot.trust);
         at.columns = kept.into_iter().map(|k| std::mem::take(&mut at.columns[k])).collect();
         let at = refine(self.problem, &mut model, &whitener, at, iterations);
         Ok((model, at))
