@@ -1,6 +1,6 @@
 //! Rows of a run: predicted and measured signals through the deviation filters of its joints.
 
-use sinew_effect::{DIRECTIONS, Derivative};
+use sinew_effect::{DIRECTIONS, Derivative, LANES};
 
 use super::filter::Filters;
 use super::motion::{Even, Motion, at_sample, in_hold};
@@ -28,13 +28,13 @@ impl Innovations {
     pub fn rows_of_each(&self, predicted: &[Predicted<f64>], thinned: bool) -> Vec<Vec<f64>> {
         match predicted {
             [one] if !thinned => vec![self.rows(one)],
-            _ => predicted.chunks(DIRECTIONS).flat_map(|sets| self.rows_of_few(sets, thinned)).collect(),
+            _ => predicted.chunks(LANES).flat_map(|sets| self.rows_of_few(sets, thinned)).collect(),
         }
     }
 
     fn rows_of_few(&self, sets: &[Predicted<f64>], thinned: bool) -> Vec<Vec<f64>> {
         let last = sets.len() - 1;
-        let at = |which: Which, k: usize| -> [f64; DIRECTIONS] {
+        let at = |which: Which, k: usize| -> [f64; LANES] {
             std::array::from_fn(|w| sets[w.min(last)].series(which)[k])
         };
         let between = |which: Which, k| in_hold(sets[0].series(which).len(), k, |m| at(which, m));
