@@ -45,17 +45,20 @@ pub fn forward_dynamics_with<S: Scalar>(
 /// If a slice has the wrong length.
 ///
 /// # Example
-/// A level pendulum of 0.5 m is held by the moment of its weight:
+/// A level pendulum of 2 kg and 0.5 m is held by the moment of its weight, which is told in the frame of its segment:
 /// ```
-/// # use sinew_model::{Force, JointId, Vector3, samples};
+/// # use sinew_model::{Force, JointId, JointKind, Mechanism, Vector3, samples};
 /// # use sinew_rigid::{Bodies, Scratch, forward_dynamics_under_with, inertias};
 /// let pendulum = samples::pendulum(2.0, 0.5);
+/// let JointKind::Revolute { axis } = pendulum.joints[0].kind else { panic!("it turns") };
+/// let moment = Mechanism::new(&pendulum).segments()[0].vector_from_link(axis * (2.0 * 9.81 * 0.5));
 /// let inertia = inertias(&pendulum);
-/// let bodies = Bodies { model: &pendulum, inertia: &inertia, gravity: pendulum.gravity, armature: &[] };
-/// let held = Force::new(Vector3::new(0.0, 0.0, 9.81), Vector3::ZERO);
-/// let mut qdd = [1.0];
-/// let ws = &mut Scratch::new(&pendulum);
-/// forward_dynamics_under_with(&bodies, ws, &[0.0], &[0.0], &[0.0], |moving| moving.push(JointId(0), held), &mut qdd);
+/// let bodies = Bodies::new(&pendulum, &inertia);
+/// let (mut ws, mut qdd) = (Scratch::new(&pendulum), [1.0]);
+/// let hold = |moving: &mut sinew_rigid::MovingBodies<f64>| {
+///     moving.push(JointId(0), Force::new(moment, Vector3::ZERO));
+/// };
+/// forward_dynamics_under_with(&bodies, &mut ws, &[0.0], &[0.0], &[0.0], hold, &mut qdd);
 /// assert!(qdd[0].abs() < 1e-12);
 /// ```
 #[inline(always)]
