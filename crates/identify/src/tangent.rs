@@ -1,6 +1,7 @@
 //! Derivatives of the imposed prediction along a run: one linear system in the state, forced by every parameter.
 //!
-//! The run is walked once in plain numbers. At every grid step the equations are linearised about it, along the state by a pass or two of dual numbers and along the parameters by passes in which only the
+//! The run is walked once in plain numbers. At every grid step and halfway between two, the equations are linearised
+//! about it, along the state by a pass or two of dual numbers and along the parameters by passes in which only the
 //! effects concerned are evaluated. The derivatives of the state then follow by the same Runge–Kutta step:
 //!
 //! ```text
@@ -19,7 +20,7 @@ use sinew_plant::{Dynamics, ImposedAt, ImposedOut, LinkState, Plant};
 use crate::freedom::Freedom;
 use crate::record::{Channel, Record};
 use crate::series::Series;
-use crate::walk::{Walk, mean};
+use crate::walk::{Walk, mean, relaxed};
 use pass::{HERE, MIDDLE, NEXT, Pass, Row};
 
 /// Rows of every channel along each of `positions`, one after another.
@@ -137,21 +138,21 @@ impl<'a> Tangent<'a> {
 
     fn run(&mut self) {
         let len = self.walk.record.len();
-        let mut here = self.walk.x.clone();
-        self.linearise(0, HERE);
+        let [mut here, mut next] = [self.walk.x.clone(), self.walk.x.clone()];
+        self.linearise(0, 0.0, HERE);
         self.balance();
         self.store();
         for k in 0..len - 1 {
             copy(&self.walk.x, &mut here);
             copy_motion(&self.at.out, &mut self.walk.out);
             self.walk.step(k);
-            self.linearise(k + 1, NEXT);
-            let steps = !self.walk.free.is_empty();
-            for pass in self.states.iter_mut().chain(self.parameters.iter_mut().map(|f| &mut f.pass)) {
-                if steps {
-                    pass.halve();
-                }
+            if !self.still && !self.walk.free.is_empty() {
+                copy(&self.walk.x, &mut next);
+                self.go_halfway(k, &here, &next);
+                self.linearise(k, 0.5, MIDDLE);
+                copy(&next, &mut self.walk.x);
             }
+            self.linearise(k + 1, 0.0, NEXT);
             if !self.still {
                 self.step(&here.z);
             }
@@ -162,10 +163,26 @@ impl<'a> Tangent<'a> {
         }
     }
 
-    // Rows of every pass at grid step `k`.
-    fn linearise(&mut self, k: usize, instant: usize) {
+    // The state halfway through a step: the cubic of springs, the exponential of own states.
+    fn go_halfway(&mut self, k: usize, here: &LinkState<f64>, next: &LinkState<f64>) {
+        let h = self.walk.record.scales.step();
+        self.walk.motor_between(k, 0.5, h);
+        for &i in &self.walk.free {
+            let (q0, q1, v0, v1) = (here.q[i], next.q[i], here.qd[i], next.qd[i]);
+            self.walk.x.q[i] = 0.5 * (q0 + q1) + 0.125 * h * (v0 - v1);
+            self.walk.x.qd[i] = 1.5 * (q1 - q0) / h - 0.25 * (v0 + v1);
+        }
+        for (s, z) in self.walk.x.z.iter_mut().enumerate() {
+            *z = relaxed(here.z[s], self.walk.relax[0][s], 0.5 * h);
+        }
+    }
+
+    // Rows of every pass at the walk's state, a share of a step after grid step `k`.
+    fn linearise(&mut self, k: usize, share: f64, instant: usize) {
         let Self { walk, at, still, live, states, parameters } = self;
-        walk.set_motor(k);
+        if share == 0.0 {
+            walk.set_motor(k);
+        }
         let motor = walk.freedom.motion(&walk.acceleration, &walk.link_acceleration);
         if *still {
             walk.dynamics.imposed_torque(&walk.x, motor, &mut at.out);
@@ -173,10 +190,14 @@ impl<'a> Tangent<'a> {
             walk.dynamics.imposed_at(&walk.x, motor, at);
         }
         for pass in states.iter_mut().chain(parameters.iter_mut().map(|f| &mut f.pass)) {
-            pass.linearise(walk, at, live, k, instant);
+            if share == 0.0 || !pass.quiet {
+                pass.linearise(walk, at, live, (k, share), instant);
+            }
         }
-        for forced in parameters {
-            forced.pass.dynamics.actuation(&forced.pass.x, &mut forced.actuation);
+        if share == 0.0 {
+            for forced in parameters {
+                forced.pass.dynamics.actuation(&forced.pass.x, &mut forced.actuation);
+            }
         }
     }
 

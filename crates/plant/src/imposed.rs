@@ -223,54 +223,22 @@ impl Dynamics<'_, Derivative> {
             let (qdd, tau) = (&self.qdd, &mut self.tau);
             inverse_dynamics_with(&bodies, &mut self.scratch, &x.q, &x.qd, qdd, tau);
         } else {
-            self.add_inertial(at, moving);
+            // δ(M q̈ + C q̇ + g) = Y δπ
+            for (column, change) in &moving.inertial {
+                for i in 0..nv {
+                    let entry = at.regressor[i + nv * column];
+                    self.tau[i] += Derivative { value: 0.0, derivative: *change } * entry;
+                }
+            }
         }
         for i in 0..nv {
             let spring = if motor.is_rigid(i) { Derivative::ZERO } else { self.tau_j[i] };
             self.tau[i] = spring + self.link_force[i] - self.tau[i];
         }
-        self.answer(motor, at, out);
-    }
-
-    /// [`Dynamics::imposed_derivatives`] along inertial parameters only: no spring and no force on a link has a
-    /// derivative by itself.
-    pub fn inertial_derivatives(
-        &mut self,
-        motor: MotorMotion<f64>,
-        at: &ImposedAt,
-        moving: &Moving,
-        out: &mut ImposedOut<Derivative>,
-    ) {
-        self.tau.fill(Derivative::ZERO);
-        self.tau_j.fill(Derivative::ZERO);
-        self.add_inertial(at, moving);
-        self.tau.iter_mut().for_each(|tau| *tau = -*tau);
-        self.answer(motor, at, out);
-    }
-
-    // δ(M q̈ + C q̇ + g) = Y δπ, added to the torques.
-    fn add_inertial(&mut self, at: &ImposedAt, moving: &Moving) {
-        let nv = self.plant.model.nv;
-        for (column, change) in &moving.inertial {
-            for i in 0..nv {
-                let entry = at.regressor[i + nv * column];
-                for (sum, change) in self.tau[i].derivative.iter_mut().zip(change) {
-                    *sum += change * entry;
-                }
-            }
-        }
-    }
-
-    // What the remainders r, in `tau`, do to accelerations and torques.
-    fn answer(&mut self, motor: MotorMotion<f64>, at: &ImposedAt, out: &mut ImposedOut<Derivative>) {
-        let nv = self.plant.model.nv;
         for i in 0..nv {
             let mut answer = Derivative::ZERO;
             for j in (0..nv).filter(|&j| !motor.imposed[j]) {
-                let response = at.response[i + nv * j];
-                for (sum, r) in answer.derivative.iter_mut().zip(self.tau[j].derivative) {
-                    *sum += r * response;
-                }
+                answer += self.tau[j] * at.response[i + nv * j];
             }
             let (qdd, tau_j, tau_l) = if motor.is_given(i) {
                 (Derivative::ZERO, self.tau_j[i], answer - self.tau[i])

@@ -8,7 +8,7 @@ use crate::walk::{Walk, lead};
 /// Derivatives of one number along the directions of a pass.
 pub(super) type Row = [f64; DIRECTIONS];
 
-/// The instants of a step: its ends, where the equations are linearised, and its middle, which stands between them.
+/// The instants at which the equations are linearised: both ends of a step and its middle.
 pub(super) const HERE: usize = 0;
 pub(super) const MIDDLE: usize = 1;
 pub(super) const NEXT: usize = 2;
@@ -21,8 +21,6 @@ pub(super) struct Pass<'a> {
     pub moving: Moving,
     /// True if nothing on the link side has a derivative.
     pub quiet: bool,
-    /// True if nothing but the inertias of the bodies has a derivative by itself.
-    inertial: bool,
     /// Effects whose own states may change.
     pub remembers: Vec<usize>,
     pub out: ImposedOut<Derivative>,
@@ -39,7 +37,6 @@ impl<'a> Pass<'a> {
             encoder: dynamics.reading(Sensor::JointPosition),
             moving: Moving { state: false, inertial: Vec::new() },
             quiet: false,
-            inertial: false,
             remembers: Vec::new(),
             out: ImposedOut::new(plant.model().nv),
             relax: vec![Relaxation::default(); plant.state_len()],
@@ -86,26 +83,31 @@ impl<'a> Pass<'a> {
             let of_motors = [Act::MotorForce, Act::LoadedMotorForce, Act::Actuation];
             plant.effects()[k].effect.acts().iter().all(|act| of_motors.contains(act))
         };
-        let of_bodies = |k: usize| plant.effects()[k].effect.acts() == [Act::Coefficients];
-        let inertial = !moving.state && !seen && (0..own.len()).all(|k| !own[k] || of_bodies(k));
         let quiet = moving.is_still() && !seen && (0..own.len()).all(|k| !own[k] || motors_only(k));
         let remembers = (0..own.len()).filter(|&k| is_present[k] && asked(k)).collect();
-        Self { moving, quiet, inertial, remembers, ..Self::new(dynamics, rows) }
+        Self { moving, quiet, remembers, ..Self::new(dynamics, rows) }
     }
 
-    /// Fills the rows of one instant at the walk's state, which is that of grid step `k`.
-    pub fn linearise(&mut self, walk: &Walk<f64>, at: &ImposedAt, live: &[usize], k: usize, instant: usize) {
+    /// Fills the rows of one instant at the walk's state, a share of a step after grid step `k`.
+    pub fn linearise(
+        &mut self,
+        walk: &Walk<f64>,
+        at: &ImposedAt,
+        live: &[usize],
+        (k, share): (usize, f64),
+        instant: usize,
+    ) {
         self.x.set_values(&walk.x);
         let motor = walk.freedom.motion(&walk.acceleration, &walk.link_acceleration);
         if self.quiet {
             self.dynamics.steady_gears(at, &mut self.out);
-        } else if self.inertial {
-            self.dynamics.inertial_derivatives(motor, at, &self.moving, &mut self.out);
         } else {
             self.dynamics.imposed_derivatives(&self.x, motor, at, &self.moving, &mut self.out);
-            lead(walk.record, walk.freedom, &self.encoder, &self.x, (k, 0.0), &mut self.out.qdd);
+            lead(walk.record, walk.freedom, &self.encoder, &self.x, (k, share), &mut self.out.qdd);
         }
-        self.dynamics.motor_derivatives(&self.x, motor, at, &mut self.out);
+        if share == 0.0 {
+            self.dynamics.motor_derivatives(&self.x, motor, at, &mut self.out);
+        }
         let nv = walk.acceleration.len();
         let rows = &mut self.rows[instant];
         let (springs, torques) = rows.split_at_mut(walk.free.len());
@@ -117,20 +119,12 @@ impl<'a> Pass<'a> {
             torques[nv + i] = self.out.tau_j[i].derivative;
             torques[2 * nv + i] = self.out.tau_l[i].derivative;
         }
-        if !self.remembers.is_empty() {
+        if !self.remembers.is_empty() && share == 0.0 {
             self.dynamics.relaxations_of(&self.remembers, &self.x, &mut self.relax);
             for (s, &state) in live.iter().enumerate() {
                 torques[3 * nv + s] = self.relax[state].target.derivative;
                 torques[3 * nv + live.len() + s] = self.relax[state].rate.derivative;
             }
-        }
-    }
-
-    /// The rows in the middle of a step, between those of its ends.
-    pub fn halve(&mut self) {
-        let [here, middle, next] = &mut self.rows;
-        for ((middle, here), next) in middle.iter_mut().zip(here).zip(next) {
-            *middle = std::array::from_fn(|d| 0.5 * (here[d] + next[d]));
         }
     }
 }

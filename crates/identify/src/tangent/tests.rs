@@ -117,17 +117,17 @@ fn differences(strength: f64) -> Vec<(String, f64)> {
     out
 }
 
-// Equations are linearised at the ends of a step only: hysteresis and friction, which turn within a step, show it.
+// The two middle stages of a step share one linearisation: hysteresis and friction, which turn within a step, show it.
 #[test]
 fn derivatives_are_those_of_the_simulation_in_dual_numbers() {
     for (label, difference) in differences(1.0) {
-        assert!(difference < 5e-2, "{label}: {difference:.1e}");
+        assert!(difference < 3e-2, "{label}: {difference:.1e}");
     }
 }
 
 #[test]
 fn absent_effects_are_left_out_without_a_change() {
     for (label, difference) in differences(0.0) {
-        assert!(difference < 1e-2, "{label}: {difference:.1e}");
+        assert!(difference < 5e-3, "{label}: {difference:.1e}");
     }
 }
