@@ -31,6 +31,9 @@ fn main() {
 fn timed(arm: &Arm, effect: &str, seconds: f64) -> Result<(), Outside> {
     let all = hidden_effects(arm, 0, 1.0);
     let hidden: Vec<_> = all.iter().filter(|h| h.effect == effect).collect();
+    if hidden.is_empty() && effect != "nothing" {
+        return Err(format!("{effect}: not in the suite").into());
+    }
     let case = Case::new(arm, &hidden, Conditions::FULL, SEED);
     let runs = measure_for(arm, &case, seconds)?;
     let (start, before) = (Instant::now(), processor_seconds());

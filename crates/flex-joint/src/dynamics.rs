@@ -140,26 +140,18 @@ impl ElasticJoints {
         let Scratch { turn, spin, tau, tau_j, .. } = ws;
         turn.iter_mut().for_each(|turn| turn.moment = Vector3::ZERO);
         for (rotor, spin) in self.rotors.iter().zip(&*spin) {
-            // n = (τ_m − τ_j)/N u + h ω × u
-            let along = (tau_m[rotor.dof] - tau_j[rotor.dof]) * rotor.ratio;
-            turn[rotor.row].moment += spin.axis * along + spin.swing * spin.momentum;
+            turn[rotor.row].moment += rotor.moment(spin.axis, spin.swing, spin.momentum, tau_m, tau_j);
         }
         self.hand_moments_down(turn, tau);
     }
 
     /// Pushes the links that carry rotors.
-    ///
-    /// ```text
-    /// n = (τ_m − τ_j)/N u + h ω × u,   h = B/N (u·ω/N + θ̇)
-    /// ```
     #[inline(always)]
     fn push_carriers<S: Scalar>(&self, moving: &mut MovingBodies<S>, thetad: &[S], tau_m: &[S], tau_j: &[S]) {
         for rotor in &self.rotors {
             let (u, carrier) = (Vector3::constant(rotor.axis), JointId(rotor.row - 1));
             let w = moving.velocity(carrier).angular;
-            let along = (tau_m[rotor.dof] - tau_j[rotor.dof]) * rotor.ratio;
-            let momentum = u.dot(w) * rotor.spin + thetad[rotor.dof] * rotor.coupling;
-            let n = u * along + w.cross(u) * momentum;
+            let n = rotor.moment(u, w.cross(u), rotor.momentum(u, w, thetad), tau_m, tau_j);
             moving.push(carrier, Force::new(-n, Vector3::ZERO));
         }
     }

@@ -1,7 +1,9 @@
 //! Rotors that ride on moving links.
 
 use nalgebra::Matrix3;
-use sinew_model::{Inertia, Joint, JointId, JointKind, Link, Mechanism, Model, Robot, Symmetric3, Vector3};
+use sinew_model::{
+    Inertia, Joint, JointId, JointKind, Link, Mechanism, Model, Robot, Scalar, Symmetric3, Vector3,
+};
 
 use crate::FlexJointError;
 
@@ -38,6 +40,26 @@ pub(crate) struct Rotor {
     pub(crate) spin: f64,
     /// 1/N.
     pub(crate) ratio: f64,
+}
+
+impl Rotor {
+    /// h = B/N² u·ω + B/N θ̇, its angular momentum, about its axis `u` on a link that turns with `w`.
+    #[inline(always)]
+    pub(crate) fn momentum<S: Scalar>(&self, u: Vector3<S>, w: Vector3<S>, thetad: &[S]) -> S {
+        u.dot(w) * self.spin + thetad[self.dof] * self.coupling
+    }
+    /// n = (τ_m − τ_j)/N u + h ω × u, what its link must hand to it; `swing`: ω × u.
+    #[inline(always)]
+    pub(crate) fn moment<S: Scalar>(
+        &self,
+        u: Vector3<S>,
+        swing: Vector3<S>,
+        momentum: S,
+        tau_m: &[S],
+        tau_j: &[S],
+    ) -> Vector3<S> {
+        u * ((tau_m[self.dof] - tau_j[self.dof]) * self.ratio) + swing * momentum
+    }
 }
 
 /// The rotors of elastic joints that moving links carry, and the bodies without their spin.

@@ -133,7 +133,7 @@ impl ElasticJoints {
             let u = *rotation * Vector3::constant(rotor.axis);
             spin.axis = u;
             spin.swing = velocity.cross(u);
-            spin.momentum = u.dot(*velocity) * rotor.spin + thetad[rotor.dof] * rotor.coupling;
+            spin.momentum = rotor.momentum(u, *velocity, thetad);
         }
     }
 

@@ -32,26 +32,19 @@ pub(crate) fn nuisances(
 
 /// True for effects that are in every fit and are no finding by themselves.
 pub(crate) fn is_nuisance(kind: &str) -> bool {
-    NUISANCES.contains(&kind)
+    is_inertial(kind) || INSTRUMENTS.contains(&kind)
 }
 
 /// True for deviations of a body's inertia from what the URDF says.
 pub(crate) fn is_inertial(kind: &str) -> bool {
-    NUISANCES[..3].contains(&kind)
+    INERTIAS.contains(&kind)
 }
 
-/// How much wider the tolerances of nominal inertias are than those of exact ones.
-pub(crate) const EXACT_TO_NOMINAL: f64 = 30.0;
+const INERTIAS: [&str; 3] = ["link_mass", "link_first_moment", "link_inertia"];
+const INSTRUMENTS: [&str; 3] = ["torque_sensor_offset", "position_sensor_offset", "time_skew"];
 
-// Those of inertias first.
-const NUISANCES: [&str; 6] = [
-    "link_mass",
-    "link_first_moment",
-    "link_inertia",
-    "torque_sensor_offset",
-    "position_sensor_offset",
-    "time_skew",
-];
+/// About how much wider the tolerances of nominal inertias are than those of exact ones.
+pub(crate) const EXACT_TO_NOMINAL: f64 = 30.0;
 
 // Tolerances of a URDF's inertias, as shares: mass, first moment, lateral first moment, inertia.
 fn tolerances(trust: Trust) -> [f64; 4] {

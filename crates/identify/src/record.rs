@@ -270,10 +270,7 @@ impl Record {
 
     /// Rows of predicted channels, one channel after another.
     pub fn channel_rows(&self, predicted: &Predicted<f64>) -> Vec<f64> {
-        match &self.reduction {
-            Reduction::Innovations(filter) => filter.rows(predicted),
-            _ => predicted.channels.iter().flat_map(|s| self.rows(s)).collect(),
-        }
+        self.channel_rows_of_each(std::slice::from_ref(predicted)).concat()
     }
 
     /// The same of several predictions of one walk.
@@ -282,7 +279,7 @@ impl Record {
             Reduction::Innovations(filter) => filter.rows_of_each(predicted, false),
             Reduction::Thinned(filter) => filter.rows_of_each(predicted, true),
             Reduction::Kernel | Reduction::Mean => {
-                predicted.iter().map(|one| self.channel_rows(one)).collect()
+                predicted.iter().map(|one| one.channels.iter().flat_map(|s| self.rows(s)).collect()).collect()
             }
         }
     }

@@ -239,8 +239,7 @@ impl Rows<'_> {
         let alike = |p: &Vec<f64>| p.iter().zip(&sets[0]).all(|(a, b)| (*a == 0.0) == (*b == 0.0));
         if sets.len() == 1 || freedom.iter().any(|f| *f != freedom[0]) || !sets.iter().all(alike) {
             let one = |(p, freedom): (&Vec<f64>, &Freedom)| {
-                let predicted = predict(plant, p, record, self.channels, freedom);
-                record.channel_rows_of_each(&[predicted]).concat()
+                record.channel_rows(&predict(plant, p, record, self.channels, freedom))
             };
             return sets.iter().zip(&freedom).map(one).collect();
         }

@@ -45,8 +45,7 @@ wide_forms! {
         tau: &[f64],
         qdd: &mut [f64],
     ) {
-        let (conditions, scratch, _) = ws.open(model);
-        hybrid_dynamics::forward_dynamics(scratch, &conditions, q, qd, tau, |_| {}, qdd);
+        forward_dynamics_under_into(model, ws, q, qd, tau, |_| {}, qdd);
     }
 }
 

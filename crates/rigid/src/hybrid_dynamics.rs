@@ -28,8 +28,7 @@ pub fn forward_dynamics_with<S: Scalar>(
     tau: &[S],
     qdd: &mut [S],
 ) {
-    let conditions = ws.take(b);
-    forward_dynamics(ws, &conditions, q, qd, tau, |_| {}, qdd);
+    forward_dynamics_under_with(b, ws, q, qd, tau, |_| {}, qdd);
 }
 
 /// [`forward_dynamics_with`] under forces on the bodies that may depend on how they move, in the same sweeps.
@@ -38,8 +37,8 @@ pub fn forward_dynamics_with<S: Scalar>(
 /// M(q) q̈ + C(q, q̇) q̇ + g(q) = τ + Σ Jᵀ f(v)
 /// ```
 ///
-/// `push` is called once, when the velocities of all bodies are known, and pushes them. Returns the accelerations of the
-/// bodies.
+/// `push` is called when the velocities of all bodies are known, and pushes them; where joints mimic others, twice, with the
+/// same velocities. Returns the accelerations of the bodies.
 ///
 /// # Panics
 /// If a slice has the wrong length.

@@ -58,6 +58,7 @@ fn forms_with_a_workspace_do_not_allocate() {
             bias_into(&model, &mut ws, &q, &qd, &mut tau);
             gravity_into(&model, &mut ws, &q, &mut tau);
             forward_dynamics_into(&model, &mut ws, &q, &qd, &qdd, &mut tau);
+            forward_dynamics_under_into(&model, &mut ws, &q, &qd, &qdd, |_| {}, &mut tau);
             mass_matrix_into(&model, &mut ws, &q, &mut M);
             mass_matrix_upper_into(&model, &mut ws, &q, &mut M);
             inverse_mass_matrix_into(&model, &mut ws, &q, &mut M);

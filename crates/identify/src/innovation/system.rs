@@ -390,6 +390,26 @@ mod tests {
         System::new(encoders.to_vec(), &[&[elastic], &[rigid]], &[mobility.to_vec()], 1, period)
     }
 
+    // The gains and the rows must step alike.
+    #[test]
+    fn a_step_as_matrices_is_the_step() {
+        let system = joints(1e-3);
+        let (torques, x) = (
+            [[[0.3], [0.1]], [[-0.2], [0.05]]],
+            [[[1e-3], [0.2], [9e-4], [-0.1]], [[2e-3], [0.3], [0.0], [0.0]]],
+        );
+        let mut next = x;
+        system.advance(0..2, 0, &torques, &x, &mut next);
+        let (mut turned, mut pushes) = ([[0.0; 8]; 8], [[0.0; 8]; 4]);
+        system.step(0..2, 0, &mut turned, &mut pushes);
+        for i in 0..8 {
+            let moved: f64 = (0..8).map(|s| turned[s][i] * x[s / 4][s % 4][0]).sum();
+            let pushed: f64 = (0..4).map(|m| pushes[m][i] * torques[m / 2][m % 2][0]).sum();
+            let want = next[i / 4][i % 4][0];
+            assert!((moved + pushed - want).abs() < 1e-12 * want.abs().max(1.0), "{i}");
+        }
+    }
+
     // The motion of a hold is that of its parts, however stiff: what one joint does reaches the other's link.
     #[test]
     fn a_step_of_coupled_joints_is_that_of_its_parts() {
