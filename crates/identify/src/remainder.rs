@@ -2,6 +2,7 @@
 
 use crate::colour::rows_of;
 use crate::features::random_features;
+use crate::gates::mean_square;
 use crate::least_squares::{Normal, cross, matrix};
 use crate::record::Record;
 use crate::residual::Layout;
@@ -10,6 +11,34 @@ use crate::residual::Layout;
 const FEATURES: usize = 120;
 // Ridges tried, in units of the number of rows.
 const RIDGES: [f64; 5] = [0.02, 0.1, 0.5, 2.0, 10.0];
+
+/// What is left of a channel, in whitened rows: noise alone leaves independent rows of unit variance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Left {
+    /// Mean square.
+    pub square: f64,
+    /// The part of it that the row before foretells, ρ₁² of it.
+    pub foretold: f64,
+}
+
+/// For each channel, what is left of it.
+pub(crate) fn left(layout: &Layout, white: &[f64]) -> Vec<Left> {
+    let of = |c: usize| {
+        let square = mean_square(layout, c, white);
+        let (mut product, mut pairs) = (0.0, 0.0f64);
+        for segment in layout.of_channel(c) {
+            for k in segment.first + 1..segment.first + segment.len {
+                if layout.keep[k - 1] && layout.keep[k] {
+                    product += white[k - 1] * white[k];
+                    pairs += 1.0;
+                }
+            }
+        }
+        let correlation = product / pairs.max(1.0) / square.max(1e-300);
+        Left { square, foretold: square * correlation * correlation }
+    };
+    (0..layout.channels.len()).map(of).collect()
+}
 
 /// For each channel, the share of the residual's variance that a generic predictor foretells on folds it has not
 /// seen; the best of several ridges, zero if nothing.
@@ -58,4 +87,51 @@ fn unseen_square(columns: &[Vec<f64>], y: &[f64], folds: &[usize], fold: usize, 
         .filter(|&k| folds[k] == fold)
         .map(|k| (y[k] - b.iter().zip(columns).map(|(b, c)| b * c[k]).sum::<f64>()).powi(2))
         .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{Rng, SeedableRng, rngs::SmallRng};
+
+    use super::*;
+    use crate::record::Channel;
+    use crate::residual::Segment;
+    use sinew_effect::Sensor;
+
+    fn one_channel(len: usize) -> Layout {
+        Layout {
+            channels: vec![Channel { sensor: Sensor::MotorTorque, dof: 0 }],
+            segments: vec![Segment { record: 0, channel: 0, first: 0, len }],
+            len,
+            keep: vec![true; len],
+            reversal: vec![0.0; len],
+            block: vec![0; len],
+            fold: vec![0; len],
+            blocks: 1,
+            folds: 1,
+            period: 1e-3,
+        }
+    }
+
+    // x_k = a x_{k−1} + e_k:  ⟨x²⟩ = 1/(1 − a²), of which the past foretells a².
+    #[test]
+    fn the_past_foretells_what_is_coloured() {
+        let mut random = SmallRng::seed_from_u64(3);
+        let mut normal = || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
+        let noise: Vec<f64> = (0..20_000).map(|_| normal()).collect();
+        for a in [0.0, 0.8] {
+            let mut x = 0.0;
+            let rows: Vec<f64> = noise
+                .iter()
+                .map(|e| {
+                    x = a * x + e;
+                    x
+                })
+                .collect();
+            let [left] = left(&one_channel(rows.len()), &rows)[..] else { panic!("one channel") };
+            let square = 1.0 / (1.0 - a * a);
+            assert!((left.square / square - 1.0).abs() < 0.05, "{left:?}");
+            assert!((left.foretold - a * a * square).abs() < 0.1 * square, "{left:?}");
+        }
+    }
 }

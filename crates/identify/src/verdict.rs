@@ -3,7 +3,7 @@
 use crate::colour::rows_of;
 use crate::diagnosis::ChannelReport;
 use crate::least_squares::{Normal, cross, dot, matrix};
-use crate::remainder::predictable;
+use crate::remainder::{Left, predictable};
 use crate::report::Verdict;
 use crate::search::{Search, State};
 
@@ -12,6 +12,8 @@ const COMPLETE: f64 = 0.1;
 const HALF: f64 = 0.3;
 // Distance to the reachable floor of an adequate model.
 const NEAR_FLOOR: f64 = 2.0;
+// What the past foretells of the rows of an adequate model, in the variance of their noise.
+const FORETOLD: f64 = 0.5;
 
 /// The three numbers of every channel for a fitted model.
 pub(crate) fn channels(search: &Search, state: &State) -> Vec<ChannelReport> {
@@ -36,12 +38,13 @@ pub(crate) fn channels(search: &Search, state: &State) -> Vec<ChannelReport> {
         .collect()
 }
 
-/// The word for a model with `accepted` effects.
-pub(crate) fn word(channels: &[ChannelReport], accepted: usize) -> Verdict {
+/// The word for a model with `accepted` effects that leaves this.
+pub(crate) fn word(channels: &[ChannelReport], left: &[Left], accepted: usize) -> Verdict {
+    let foretold = left.iter().map(|l| l.foretold).fold(0.0, f64::max);
     let worst = channels.iter().map(|c| c.predictable_remainder).fold(0.0, f64::max);
     let far = channels.iter().map(|c| c.distance_to_floor).fold(0.0, f64::max);
     match accepted {
-        0 if worst < COMPLETE && far < NEAR_FLOOR => Verdict::Adequate,
+        0 if worst < COMPLETE && far < NEAR_FLOOR && foretold < FORETOLD => Verdict::Adequate,
         0 => Verdict::Unexplained,
         _ if worst < HALF => Verdict::Missing,
         _ => Verdict::PartlyExplained,
@@ -120,4 +123,25 @@ pub(crate) fn rms(values: impl Iterator<Item = f64>) -> f64 {
         n += 1.0;
     }
     (sum / n.max(1.0)).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_past_foretells_is_not_adequate() {
+        let channel = ChannelReport {
+            signal: "motor_torque".to_owned(),
+            joint: "joint_1".to_owned(),
+            unseen_error: 0.02,
+            predictable_remainder: 0.0,
+            distance_to_floor: 1.6,
+        };
+        let left = |foretold| [Left { square: 2.6, foretold }];
+        let of = |foretold, accepted| word(std::slice::from_ref(&channel), &left(foretold), accepted);
+        assert_eq!(of(0.1, 0), Verdict::Adequate);
+        assert_eq!(of(2.3, 0), Verdict::Unexplained);
+        assert_eq!(of(2.3, 1), Verdict::Missing);
+    }
 }
