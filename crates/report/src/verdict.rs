@@ -18,6 +18,9 @@ pub fn verdict_in_words(diagnosis: &Diagnosis) -> String {
         Verdict::PartlyExplained => {
             format!("Explained in part: {named} improves the model, but something predictable is left.")
         }
+        Verdict::Unexplained if !diagnosis.accepted.is_empty() => {
+            format!("Unexplained: {named} explains a part of the error, and leaves too much to be the cause.")
+        }
         Verdict::Unexplained => {
             "Unexplained: the error has structure that no effect of the catalogue explains.".to_owned()
         }
