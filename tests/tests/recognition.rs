@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use sinew_identify::{Options, Verdict};
-use sinew_tests::{Case, Conditions, hidden_effects, judge, null_case, one_joint};
+use sinew_tests::{Case, Conditions, foreign_causes, hidden_effects, judge, null_case, one_joint};
 
 // One effect of each family and kind of screen, in one joint.
 const FIXED: [&str; 10] = [
@@ -55,4 +55,15 @@ fn nothing_is_named_where_nothing_is_hidden() {
         })
         .count();
     assert_eq!(alarms, 0);
+}
+
+// A dwell friction passes every gate as a Stribeck friction; what that leaves gives it away.
+#[test]
+fn a_law_that_is_only_like_the_cause_is_not_vouched_for() {
+    let arm = one_joint();
+    let causes = foreign_causes(&arm, 0, 1.0);
+    let dwell = causes.iter().find(|c| c.name == "dwell_friction").unwrap();
+    let case = Case::foreign(&arm, dwell, 0, Conditions::FULL, 2);
+    let (outcome, _) = judge(&arm, &case, &Options::default()).unwrap();
+    assert!(outcome.first.as_ref().is_none_or(|(.., probability)| *probability < 0.8), "{outcome:?}");
 }

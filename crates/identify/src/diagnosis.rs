@@ -9,11 +9,12 @@ use sinew_model::Robot;
 use crate::analysis::{analysed, residual_told};
 use crate::base::scope;
 use crate::comparison::as_given;
-use crate::explore::{Explored, Rung, explore, widening};
+use crate::explore::{Explored, explore, widening};
 use crate::fitting::{ParameterReport, Reported, parameters};
-use crate::gates::{Evidence, mean_square};
+use crate::gates::Evidence;
 use crate::limits::{DetectionLimit, limits};
-use crate::remainder::{Left, left};
+use crate::probability::{Likeness, probability};
+use crate::remainder::left_of_channels;
 use crate::report::{Finding, Refusal, Verdict};
 use crate::search::{Accepted as Entry, Search, State};
 use crate::surrogate::{FalseAcceptance, counted, sentence, surrogates};
@@ -139,11 +140,14 @@ pub(crate) fn report(
     let own = clocks(search, state, &reports).into_iter().chain(differences(state, &reports));
     let findings = own.chain(findings).collect();
     let channels = channels(search, state);
-    let left = left(search.problem.form.layout(), &state.fitted.white);
+    let left = left_of_channels(search.problem.form.layout(), &state.fitted.white);
     let mut verdict = word(&channels, &left, state.accepted.len());
-    let likeness = |entry: &Entry| Likeness::of(search, explored, &left, entry);
-    let of = |entry: &Entry| candidate(search, &reports, entry, likeness(entry));
-    let mut candidates: Vec<CandidateReport> = state.accepted.iter().map(of).collect();
+    let likeness: Vec<Likeness> =
+        state.accepted.iter().map(|entry| Likeness::of(search, explored, &left, entry)).collect();
+    let of = |(entry, likeness): (&Entry, &Likeness)| {
+        candidate(search, &reports, entry, probability(entry, likeness))
+    };
+    let mut candidates: Vec<CandidateReport> = state.accepted.iter().zip(&likeness).map(of).collect();
     // A name on so few blocks may rest on their chances: surrogates of the log tell.
     let few = search.problem.form.layout().blocks < FEWEST_BLOCKS;
     let mut scope = scope;
@@ -160,10 +164,8 @@ pub(crate) fn report(
         false_acceptance = Some(count);
     }
     if !candidates.is_empty() && candidates.iter().all(|c| c.probability < 0.5) {
-        // Names that leave so much of what they explain are only like the cause.
-        let all_are =
-            verdict != Verdict::Undecidable && state.accepted.iter().all(|e| likeness(e).share > LIKE);
-        verdict = if all_are { Verdict::Unexplained } else { Verdict::Undecidable };
+        let is_like = verdict != Verdict::Undecidable && likeness.iter().all(Likeness::is_only_like);
+        verdict = if is_like { Verdict::Unexplained } else { Verdict::Undecidable };
     }
     if verdict == Verdict::Unexplained {
         candidates.extend(partial(explored));
@@ -242,54 +244,7 @@ const FEWEST_BLOCKS: usize = 12;
 // A clock error is told if it is this share of a sample period.
 const CLOCK_SHARE: f64 = 0.3;
 
-// Mean square of whitened rows up to which nothing is left but noise, whose size is known to a part.
-const NOISE: f64 = 1.5;
-
-// Whether a name may be only like the cause.
-#[derive(Debug, Clone, Copy)]
-struct Likeness {
-    // What is left in the end of the error that the effect was found by, as a share of it and of what the effect took away;
-    // zero where noise alone is left. Of an effect that relieves a tension only, one where more than noise is left.
-    share: f64,
-    // Effects that were accepted at the same place before; where more than noise is left, all others in the same joint:
-    // several laws beside each other stand for one that is missing.
-    company: usize,
-}
-
-impl Likeness {
-    fn of(search: &Search, explored: &Explored, left: &[Left], entry: &Entry) -> Self {
-        let (evidence, layout) = (&entry.evidence, search.yardstick().problem.form.layout());
-        let dof = |e: &Entry| layout.channels[e.evidence.channel].dof;
-        let is_tension = evidence.by_tension() && evidence.z < LEAST_Z;
-        let concerns = |c: usize| is_tension || layout.channels[c].dof == dof(entry);
-        let accepted = &explored.state.accepted;
-        if !left.iter().enumerate().any(|(c, l)| concerns(c) && l.square > NOISE) {
-            let before = accepted.iter().take_while(|a| a.trial.label() != entry.trial.label());
-            return Self {
-                share: 0.0,
-                company: before.filter(|a| a.trial.place == entry.trial.place).count(),
-            };
-        }
-        let company = accepted.iter().filter(|a| dof(a) == dof(entry)).count() - 1;
-        // In rows in which errors are told, which are the same in all steps.
-        let rungs = &explored.rungs;
-        let step = rungs.iter().position(|rung| rung.added.contains(&entry.trial.label()));
-        let before = step.and_then(|step| rungs.get(step.checked_sub(1)?));
-        let Some((before, last)) = before.zip(rungs.last()).filter(|_| !is_tension) else {
-            return Self { share: 1.0, company };
-        };
-        let error = |rung: &Rung| mean_square(layout, evidence.channel, &rung.residual);
-        let more_than_noise = (1.0 - NOISE / left[evidence.channel].square).max(0.0);
-        let (fall, rest) = (evidence.explained * error(before), more_than_noise * error(last));
-        Self { share: rest / (rest + fall).max(1e-300), company }
-    }
-}
-
-// z below which a tension, not the data, carries an effect.
-const LEAST_Z: f64 = 3.0;
-
-fn candidate(search: &Search, reports: &[Reported], entry: &Entry, likeness: Likeness) -> CandidateReport {
-    let probability = probability(entry, likeness);
+fn candidate(search: &Search, reports: &[Reported], entry: &Entry, probability: f64) -> CandidateReport {
     let own = reports.iter().filter(|(effect, _)| *effect == entry.effect);
     let own: Vec<ParameterReport> = own.map(|(_, report)| report.clone()).collect();
     CandidateReport {
@@ -303,31 +258,6 @@ fn candidate(search: &Search, reports: &[Reported], entry: &Entry, likeness: Lik
         rivals: rivals(search, entry, probability),
     }
 }
-
-/// Logistic form in z, tension and distance to the next candidate, and what remains.
-///
-/// ```text
-/// logit P = −6.1 + 1.8 [tension] + 2.2 [data] ln z + 1.1 [tension] ln Δpenalty
-///           + 0.93 min(ln max(d₁₂, 1), ln 30) − 1.2 (effects in company)
-/// ```
-///
-/// times 1/(1 + (s/0.1)²), s the share of the error left by an effect in a model that leaves more than noise: a law that
-/// is only like the true one takes most of its error away and leaves the rest.
-fn probability(entry: &Entry, likeness: Likeness) -> f64 {
-    let evidence = &entry.evidence;
-    let next = entry.rivals.iter().map(|(_, d)| d.max(1.0)).fold(30.0, f64::min);
-    let route = if evidence.by_tension() && evidence.z < LEAST_Z {
-        1.8 + 1.1 * evidence.tension.ln()
-    } else {
-        2.2 * evidence.z.max(1.0).ln()
-    };
-    let logit = -6.1 + route + 0.93 * next.ln().min(30f64.ln()) - 1.2 * likeness.company as f64;
-    let complete = 1.0 / (1.0 + (likeness.share / LIKE).powi(2));
-    (complete / (1.0 + (-logit).exp())).clamp(0.02, 0.99)
-}
-
-// Share left of an error by a law of which one in two is only like the true one.
-const LIKE: f64 = 0.1;
 
 // Tied candidates, then structural partners that the card names.
 fn rivals(search: &Search, entry: &Entry, probability: f64) -> Vec<RivalReport> {

@@ -22,7 +22,7 @@ pub(crate) struct Left {
 }
 
 /// For each channel, what is left of it.
-pub(crate) fn left(layout: &Layout, white: &[f64]) -> Vec<Left> {
+pub(crate) fn left_of_channels(layout: &Layout, white: &[f64]) -> Vec<Left> {
     let of = |c: usize| {
         let square = mean_square(layout, c, white);
         let (mut product, mut pairs) = (0.0, 0.0f64);
@@ -128,7 +128,7 @@ mod tests {
                     x
                 })
                 .collect();
-            let [left] = left(&one_channel(rows.len()), &rows)[..] else { panic!("one channel") };
+            let [left] = left_of_channels(&one_channel(rows.len()), &rows)[..] else { panic!("one channel") };
             let square = 1.0 / (1.0 - a * a);
             assert!((left.square / square - 1.0).abs() < 0.05, "{left:?}");
             assert!((left.foretold - a * a * square).abs() < 0.1 * square, "{left:?}");
