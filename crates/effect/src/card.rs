@@ -237,6 +237,9 @@ pub enum Prior {
     Free,
 }
 
+/// Which parameter of an effect that swings is its frequency.
+pub const SWING_FREQUENCY: usize = 1;
+
 /// How the search tries an effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Screening {
@@ -268,7 +271,7 @@ pub enum Screening {
     },
     /// By switching on something that swings at each of these frequencies: a part of the joint's body, of which its
     /// first strength is the share, or a base of compliance c under the robot, whose inertia I is this share of the
-    /// base's, c = share/(I ω²). The frequency is the second parameter; that of a base without the robot is
+    /// base's, c = share/(I ω²). The frequency is the parameter [`SWING_FREQUENCY`]; that of a base without the robot is
     /// √(1 + share) times as high.
     Swing {
         /// Frequencies to try, Hz.

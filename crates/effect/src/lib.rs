@@ -12,7 +12,9 @@ pub mod contract;
 mod law;
 
 pub use at::{Actuation, At, Deflection, Reading, Relaxation, Sensor};
-pub use card::{Card, Energy, Family, Parameter, Prior, Requirement, Rival, Role, Screening, Written};
+pub use card::{
+    Card, Energy, Family, Parameter, Prior, Requirement, Rival, Role, SWING_FREQUENCY, Screening, Written,
+};
 pub use catalogue::{Ask, Catalogue, Entry, MakeHinge, PlaceKind};
 pub use coefficients::Coefficients;
 pub use law::{Act, Call, DIRECTIONS, Derivative, Effect, Kind, LANES, Law, Site, Wide};

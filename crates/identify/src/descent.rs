@@ -1,9 +1,11 @@
 //! The descent of a candidate from its screened strengths to its minimum.
 
+use sinew_effect::{SWING_FREQUENCY, Screening};
+
 use crate::colour::Whitener;
 use crate::problem::{Budget, Candidate, Equations, Linearised, MANY, Problem, objective, straighten};
 use crate::refit::Fitted;
-use crate::screen::Score;
+use crate::screen::{SHIFT, Score};
 use crate::trial::{How, Trial};
 use crate::unknowns::Unknown;
 
@@ -28,6 +30,9 @@ pub(crate) struct Descent<'a> {
 
 const ITERATIONS: usize = 8;
 const SHRINKS: usize = 4;
+// A candidate is behind where so many times what its next step promises leaves it so many times as high as the leader.
+const HOPE: f64 = 3.0;
+const BEHIND: f64 = 1.5;
 const VALLEY_STEPS: usize = 6;
 
 impl<'a> Descent<'a> {
@@ -76,15 +81,21 @@ impl<'a> Descent<'a> {
         }
     }
 
-    /// Levenberg–Marquardt.
-    pub fn descend(&mut self) {
+    /// Levenberg–Marquardt. A descent with dear derivatives is given up where its equations promise by far less than would
+    /// take it to `leader`.
+    pub fn descend(&mut self, leader: f64) {
         self.at.columns = self.columns(self.structural);
+        let dear = self.model.unknowns.len() > MANY;
         let mut linearised = self.best;
         let mut damping = 0.0;
         let mut budget = Budget::new(ITERATIONS);
         while budget.lasts() {
             let equations = Equations::new(self.whitener, &self.problem, &self.model, &self.at, damping);
             let Some(equations) = equations.and_then(|e| e.bounded(&self.model)) else { return };
+            let hoped = self.best - HOPE * equations.promised();
+            if self.structural && dear && hoped > BEHIND * leader {
+                return;
+            }
             let before = self.model.p.clone();
             self.model.step(&equations.step);
             let (residual, white, now) = self.evaluate();
@@ -112,7 +123,7 @@ impl<'a> Descent<'a> {
                 return;
             }
             // Far from the base its columns no longer hold; near the minimum all of them do.
-            let far = self.best < 0.7 * linearised && self.model.unknowns.len() <= MANY;
+            let far = self.best < 0.7 * linearised && !dear;
             if far || self.structural || gain > 0.01 * self.best {
                 self.at.columns = self.columns(self.structural || far);
             }
@@ -186,6 +197,13 @@ fn started(
                 } else {
                     score.strengths[k]
                 };
+            }
+            let swings = matches!(trial.card.screening, Screening::Swing { .. });
+            if let [share, shift] = score.strengths[..]
+                && swings
+            {
+                // z(f + δ) ≈ a z + b ∂z
+                p[first + SWING_FREQUENCY] *= 1.0 + SHIFT * (shift / share.max(shift.abs())).clamp(-1.0, 1.0);
             }
             model.p = p;
             if model.plant.elastic() != base.plant.elastic() {

@@ -241,7 +241,15 @@ fn added(search: &mut Search, state: State, spec: &EffectSpec) -> Result<State, 
                 let raw = state.columns[k].as_ref()?;
                 let score = screen.score(&state.trials[k], &state.whitener.apply_all(layout, raw))?;
                 let base = Base { fitted, whitener: &state.whitener, added: &state.added() };
-                refit(search.problem, &base, None, &state.trials[k], &score, &search.channel_std)
+                refit(
+                    search.problem,
+                    &base,
+                    None,
+                    &state.trials[k],
+                    &score,
+                    f64::INFINITY,
+                    &search.channel_std,
+                )
             })
             .min_by(|a, b| a.fitted.objective.total_cmp(&b.fitted.objective))
     });

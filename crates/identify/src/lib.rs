@@ -39,6 +39,7 @@ mod settle;
 mod spread;
 mod starts;
 mod surrogate;
+mod swings;
 mod tangent;
 mod torque_checks;
 mod trial;

@@ -74,6 +74,13 @@ pub(crate) struct Linearised {
     pub columns: Vec<Vec<f64>>,
 }
 
+impl Linearised {
+    /// True if the model could be followed along all runs.
+    pub fn is_finite(&self) -> bool {
+        self.columns.iter().flatten().chain(&self.residual).all(|x| x.is_finite())
+    }
+}
+
 impl Candidate {
     /// The plant of these effects, every parameter that is not stated free.
     pub fn new(problem: &Problem, specs: Vec<EffectSpec>) -> Result<Self, IdentifyError> {
@@ -98,6 +105,21 @@ impl Candidate {
     /// Every unknown of which something is stated back to what was stated.
     pub fn straighten(&mut self) {
         straighten(&self.unknowns, &mut self.p);
+    }
+
+    /// True if some parameter is so many standard deviations from its stated value.
+    pub fn is_bent(&self, deviations: f64) -> bool {
+        self.unknowns.iter().any(|u| u.pull(self.p[u.position]) >= deviations * deviations)
+    }
+
+    /// Every unknown of which something is stated halfway to what was stated.
+    pub fn straighten_halfway(&mut self) {
+        for unknown in &self.unknowns {
+            if let Some((mean, _)) = unknown.prior {
+                let p = &mut self.p[unknown.position];
+                *p = 0.5 * (*p + mean);
+            }
+        }
     }
 
     /// Moves every unknown by its step, as far as its range and its prior let it.
@@ -208,6 +230,13 @@ impl Equations {
         Some(Self { columns, residual, normal, step, a, g })
     }
 
+    /// What the step gains if rows are linear in the unknowns.
+    pub fn promised(&self) -> f64 {
+        // 2 gᵀd − dᵀA d
+        let d = Mat::from_fn(self.step.len(), 1, |i, _| self.step[i]);
+        2.0 * dot(&self.g, &self.step) - (d.transpose() * &self.a * &d)[(0, 0)]
+    }
+
     /// True if the step to this model, from one objective to another, gained little of what these equations promised,
     /// because links are not where their reference has them.
     pub fn misled(
@@ -218,9 +247,7 @@ impl Equations {
         before: f64,
         after: f64,
     ) -> bool {
-        // 2 gᵀd − dᵀA d
-        let d = Mat::from_fn(self.step.len(), 1, |i, _| self.step[i]);
-        let promised = 2.0 * dot(&self.g, &self.step) - (d.transpose() * &self.a * &d)[(0, 0)];
+        let promised = self.promised();
         if promised < 10.0 + 1e-3 * before || before - after > KEPT * promised {
             return false;
         }
@@ -325,24 +352,26 @@ pub(crate) fn refine(
             continue;
         }
         budget.spend(best, now);
-        if now.is_finite() && now < best {
-            let gain = best - now;
-            best = now;
-            damping /= 8.0;
-            if gain > relinearise * best {
-                at = model.linearise(&problem);
-            } else {
-                at.residual = residual;
-            }
-            if gain < 0.05 + 1e-5 * best {
-                break;
-            }
-        } else {
+        let gain = best - now;
+        let lower = now.is_finite() && gain > 0.0;
+        // Bent far enough, a model may be followed no longer on the grid of the derivatives.
+        let again = (lower && gain > relinearise * now).then(|| model.linearise(&problem));
+        if !lower || again.as_ref().is_some_and(|again| !again.is_finite()) {
             model.p = before;
             damping = if damping == 0.0 { 4e-3 } else { damping * 16.0 };
             if damping > 10.0 {
                 break;
             }
+            continue;
+        }
+        best = now;
+        damping /= 8.0;
+        match again {
+            Some(again) => at = again,
+            None => at.residual = residual,
+        }
+        if gain < 0.05 + 1e-5 * best {
+            break;
         }
     }
     at

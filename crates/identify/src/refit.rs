@@ -55,18 +55,20 @@ pub(crate) fn refit(
     start: Option<&Fitted>,
     trial: &Trial,
     score: &Score,
+    leader: f64,
     channel_std: &[f64],
 ) -> Option<Refit> {
     let (added, whitener) = (base.added, base.whitener);
     let base = base.fitted;
     let layout = problem.form.layout();
-    // About the stated values links are not where the base's reference has them.
-    let about = if start.is_some() { problem.exact() } else { *problem };
+    // About the stated values, and with something that swings, links are not where the base's reference has them.
+    let elsewhere = start.is_some() || trial.switches_springs();
+    let about = if elsewhere { problem.exact() } else { *problem };
     let mut descent = Descent::new(about, start.unwrap_or(base), whitener, trial, score)?;
     if start.is_none() {
         descent.shrink();
     }
-    descent.descend();
+    descent.descend(leader);
     let structural_rival = trial.card.rivals.iter().any(|r| r.structural);
     if structural_rival && score.drop > 30.0 && descent.best > base.objective - 0.1 * score.drop {
         // With many unknowns exact derivatives are dear.

@@ -3,8 +3,8 @@
 use faer::Mat;
 use rayon::prelude::*;
 
-use sinew_effect::Screening;
-use sinew_model::{EffectSpec, Setting};
+use sinew_effect::{SWING_FREQUENCY, Screening};
+use sinew_model::Setting;
 use sinew_plant::Plant;
 
 use crate::freedom::Springs;
@@ -34,8 +34,7 @@ pub(crate) fn all_columns(
                 .unwrap_or_else(|| linear.iter().map(|t| derivatives(problem, model, &[t])?.pop()?).collect())
         },
         || -> Vec<Option<Vec<Vec<f64>>>> {
-            let families: Vec<Vec<&EffectSpec>> = families(trials);
-            families
+            families(trials)
                 .par_iter()
                 .map(|family| secants(problem, model, [&about, bent.as_ref().unwrap_or(&about)], family))
                 .collect::<Vec<_>>()
@@ -70,55 +69,75 @@ impl Before {
 }
 
 // Exact trials that follow each other and differ in numbers only: the same effect at the same place in the same words.
-fn families(trials: &[Trial]) -> Vec<Vec<&EffectSpec>> {
-    let mut families: Vec<Vec<&EffectSpec>> = Vec::new();
-    for trial in trials {
-        let How::New { spec, exact: true, .. } = &trial.how else { continue };
-        match families.last_mut().filter(|f| is_alike(f[0], spec)) {
-            Some(family) => family.push(spec),
-            None => families.push(vec![spec]),
+fn families(trials: &[Trial]) -> Vec<Vec<&Trial>> {
+    let mut families: Vec<Vec<&Trial>> = Vec::new();
+    for trial in trials.iter().filter(|t| t.exact_spec().is_some()) {
+        match families.last_mut().filter(|f| is_alike(f[0], trial)) {
+            Some(family) => family.push(trial),
+            None => families.push(vec![trial]),
         }
     }
     families
 }
 
-fn is_alike(a: &EffectSpec, b: &EffectSpec) -> bool {
-    let words = |spec: &EffectSpec| -> Vec<(String, Setting)> {
-        spec.settings.iter().filter(|(_, s)| matches!(s, Setting::Word(_))).cloned().collect()
+fn is_alike(a: &Trial, b: &Trial) -> bool {
+    let words = |trial: &Trial| -> Vec<(String, Setting)> {
+        let settings = trial.exact_spec().map_or(&[][..], |spec| &spec.settings);
+        settings.iter().filter(|(_, s)| matches!(s, Setting::Word(_))).cloned().collect()
     };
-    a.kind == b.kind && a.place == b.place && words(a) == words(b)
+    a.label() == b.label() && words(a) == words(b)
 }
 
-// What an effect changes when it is switched on, for each of its start values; `about` the motion that derivatives are
-// taken about, or with every spring simulated where it makes a joint elastic.
+// Share of its frequency by which a swing is shifted: about the half width of its resonance.
+pub(crate) const SHIFT: f64 = 0.03;
+
+// What an effect changes when it is switched on, for each of its start values, and of what swings, what a shift of its
+// frequency changes besides; `about` the motion that derivatives are taken about, or with every spring simulated where
+// it makes a joint elastic.
 fn secants(
     problem: &Problem,
     model: &Candidate,
     [about, bent]: [&Before; 2],
-    family: &[&EffectSpec],
+    family: &[&Trial],
 ) -> Vec<Option<Vec<Vec<f64>>>> {
-    let extended = |spec: &EffectSpec| {
-        let specs = model.specs.iter().chain([spec]).cloned().collect();
+    let extended = |trial: &Trial| {
+        let specs = model.specs.iter().chain(trial.exact_spec()).cloned().collect();
         Candidate::new(problem, specs).ok()
     };
     let Some(plant) = extended(family[0]).map(|c| c.plant) else { return vec![None; family.len()] };
+    let swings = matches!(family[0].card.screening, Screening::Swing { .. });
     let mut stated = model.p.clone();
-    if plant.elastic() != model.plant.elastic() {
+    if !swings && plant.elastic() != model.plant.elastic() {
         straighten(&model.unknowns, &mut stated);
     }
-    let with = |spec: &&EffectSpec| -> Option<Vec<f64>> {
-        let own = extended(spec)?.p;
-        Some(stated.iter().chain(&own[model.p.len()..]).copied().collect())
+    let shifts: &[f64] = if swings { &[1.0, 1.0 + SHIFT] } else { &[1.0] };
+    let with = |trial: &&Trial| -> Option<Vec<Vec<f64>>> {
+        let own = extended(trial)?.p;
+        let shifted = |shift: &f64| {
+            let mut p: Vec<f64> = stated.iter().chain(&own[model.p.len()..]).copied().collect();
+            if swings {
+                p[model.p.len() + SWING_FREQUENCY] *= shift;
+            }
+            p
+        };
+        Some(shifts.iter().map(shifted).collect())
     };
     let Some(sets) = family.iter().map(with).collect::<Option<Vec<_>>>() else {
         return vec![None; family.len()];
     };
+    let sets = sets.concat();
     let before = if springs_of(&plant).eq(springs_of(&model.plant)) { about } else { bent };
     let springs = before.springs;
     let coarse = before.coarse.as_ref().filter(|_| problem.form.holds_on_coarse(&plant, &sets, springs));
     let (residual, grid) = coarse.map_or((&before.fine, Grid::Fine), |coarse| (coarse, Grid::Coarse));
-    let secant = |changed: Vec<f64>| Some(vec![residual.iter().zip(changed).map(|(a, b)| a - b).collect()]);
-    problem.form.residuals(&plant, &sets, springs, grid).into_iter().map(secant).collect()
+    let left = problem.form.residuals(&plant, &sets, springs, grid);
+    let change = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
+    let secant = |left: &[Vec<f64>]| {
+        let mut columns = vec![change(residual, &left[0])];
+        columns.extend(left.windows(2).map(|pair| change(&pair[0], &pair[1])));
+        Some(columns)
+    };
+    left.chunks(shifts.len()).map(secant).collect()
 }
 
 // Which of the robot's own joints have a spring.
@@ -165,6 +184,8 @@ pub(crate) struct Score {
     pub drop: f64,
     /// Why it is out of the question.
     pub out: Option<String>,
+    /// It promises less than it is given.
+    pub on_trust: bool,
 }
 
 /// Scores of trials against a fitted base.
@@ -179,6 +200,8 @@ pub(crate) struct Screen<'a> {
 
 // Mean square of a whitened residual from which a linear screen is not believed about swings.
 const FAR: f64 = 9.0;
+// Share of the objective that a new degree of freedom is trusted to explain after its refit.
+const TRUST: f64 = 0.5;
 // A candidate that the free parameters imitate to this share cannot be told from them.
 const ABSORBED: f64 = 1.0 - 1e-9;
 
@@ -202,13 +225,19 @@ impl<'a> Screen<'a> {
             How::New { exact: true, .. } if matches!(trial.card.screening, Screening::Resonance { .. }) => {
                 self.switched(white)
             }
-            // A swing in the wrong time looks like its opposite: where much is left, its refit may still find the time.
-            How::New { exact: true, .. }
-                if matches!(trial.card.screening, Screening::Swing { .. }) && self.is_far() =>
-            {
-                self.switched(white)
+            How::New { .. } => {
+                let mut score = self.added(trial, white)?;
+                // A swing in the wrong time may look like its opposite: where much is left, its refit may still find the
+                // time.
+                if let [share, shift] = score.strengths[..]
+                    && matches!(trial.card.screening, Screening::Swing { .. })
+                    && self.is_far()
+                    && shift.abs() > share.abs()
+                {
+                    score.out = None;
+                }
+                Some(score)
             }
-            How::New { .. } => self.added(trial, white),
         }
     }
 
@@ -218,17 +247,24 @@ impl<'a> Screen<'a> {
         dot(residual, residual) > FAR * residual.len() as f64
     }
 
-    // A new degree of freedom is no small change: judged by the residual that it leaves at the stated values.
+    // A new degree of freedom is no small change: judged by what is left with it at the stated values, after the free
+    // parameters have followed as far as their columns carry.
+    //
+    // left = |r − z|² − gᵀ A⁻¹ g,   g = Jᵀ(r − z)
     fn switched(&self, white: &[Vec<f64>]) -> Option<Score> {
         let before = dot(&self.base.residual, &self.base.residual);
-        let left: f64 = self.base.residual.iter().zip(white.first()?).map(|(r, z)| (r - z).powi(2)).sum();
+        let at_stated: Vec<f64> = self.base.residual.iter().zip(white.first()?).map(|(r, z)| r - z).collect();
+        let g: Vec<f64> = self.base.columns.iter().map(|c| dot(c, &at_stated)).collect();
+        let left = dot(&at_stated, &at_stated) - dot(&g, &self.base.normal.solve(&g));
+        let drop = before - left;
         // Even where it is worse before its refit it deserves one.
-        let drop = (before - left).max(0.5 * before);
+        let on_trust = drop < TRUST * before;
         left.is_finite().then(|| Score {
             strengths: vec![1.0],
             stds: Vec::new(),
-            drop: drop - 1e-6 * left,
+            drop: if on_trust { TRUST * before - 1e-6 * left } else { drop },
             out: None,
+            on_trust,
         })
     }
 
@@ -256,7 +292,7 @@ impl<'a> Screen<'a> {
         } else {
             trial.wrong_sign(&a)
         };
-        Some(Score { strengths: a, stds, drop, out })
+        Some(Score { strengths: a, stds, drop, out, on_trust: false })
     }
 
     // The same equations without the priors of some unknowns.
@@ -299,6 +335,6 @@ impl<'a> Screen<'a> {
             .iter()
             .map(|&k| self.model.p[self.model.unknowns[k].position] + equations.step[k])
             .collect();
-        Some(Score { strengths, stds: Vec::new(), drop, out: None })
+        Some(Score { strengths, stds: Vec::new(), drop, out: None, on_trust: false })
     }
 }

@@ -13,13 +13,14 @@ use crate::features::random_features;
 use crate::freedom::Springs;
 use crate::gates::z_between;
 use crate::innovation::Reference;
-use crate::problem::{Candidate, Equations, Problem, refine};
+use crate::problem::{Candidate, Equations, MANY, Problem, refine};
 use crate::record::{Record, Sensors};
 use crate::refit::{Base, Fitted, Refit, refit};
 use crate::report::Refusal;
 use crate::screen::{Score, Screen, all_columns};
 use crate::spread::channel_std;
-use crate::starts::{best_starts, impossible_starts, lowest_of_each};
+use crate::starts::{best_starts, impossible_starts, lowest_of_each, short_list, with_lines};
+use crate::swings::{Swing, swings};
 use crate::trial::{How, Offer, Trial};
 use crate::unknowns::Unknown;
 use crate::waves::Waves;
@@ -101,16 +102,14 @@ pub(crate) struct Round {
     pub scores: Vec<Option<Score>>,
 }
 
-// Most candidates refitted in a round, and fewest and most for one place.
-const SHORT_LIST: usize = 8;
-const SHORT_LIST_PLACE: (usize, usize) = (3, 5);
-// Releases refitted besides, and candidates from a screen about the stated values.
-const RELEASES: usize = 2;
+// Most candidates refitted from a screen about the stated values.
 const STATED_LIST: usize = 4;
 // Standard deviations from its stated value beyond which a parameter is bent.
 const BENT: f64 = 4.0;
 // Mean square of the whitened rows up to which a candidate leaves little to find about the stated values.
 const UNEXPLAINED: f64 = 1.2;
+// Share of the present objective that a candidate leaves which explains nearly all of it.
+const NEARLY: f64 = 0.1;
 const FEATURES: usize = 140;
 // Share of the samples that a limit of a drive may cut off.
 const MOST_CUT: f64 = 0.4;
@@ -233,7 +232,7 @@ impl<'a> Search<'a> {
     // The model of a state at its stated values, if some value is far from what was stated.
     fn stated(&self, state: &State) -> Option<Stated> {
         let model = &state.fitted.model;
-        if !is_bent(model) {
+        if !model.is_bent(BENT) {
             return None;
         }
         let mut stated = model.again(self.problem).ok()?;
@@ -283,8 +282,22 @@ impl<'a> Search<'a> {
             sensors: self.sensors,
             records: self.records,
             harmonics: &harmonics,
+            swings: &self.swings(&scaled),
         };
         offer.trials().into_iter().filter(|t| !self.banned.contains(&t.label())).collect()
+    }
+
+    // The lines of every channel's rows.
+    fn swings(&self, scaled: &[Vec<f64>]) -> Vec<(usize, Swing)> {
+        let layout = self.problem.form.layout();
+        let scales = self.records[0].scales;
+        let of = |(c, rows): (usize, &Vec<f64>)| -> Vec<(usize, Swing)> {
+            let mut rest = rows.as_slice();
+            let runs = layout.of_channel(c).map(|s| rest.split_off(..s.len).unwrap_or_default());
+            let lines = swings(runs, scales.step() * scales.every as f64);
+            lines.into_iter().map(|line| (layout.channels[c].dof, line)).collect()
+        };
+        scaled.iter().enumerate().flat_map(of).collect()
     }
 
     // A limit of a drive is met now and then: one that is met all the time says that the log does not drive the joint.
@@ -307,19 +320,37 @@ impl<'a> Search<'a> {
         let Some(scores) = self.scores(&state.fitted, state, &state.columns) else {
             return Round { passed: Vec::new(), failed: Vec::new(), scores: Vec::new() };
         };
-        let list = self.short_list(trials, &scores, step);
+        for k in impossible_starts(trials, &scores) {
+            if let Some(reason) = scores[k].as_ref().and_then(|s| s.out.clone()) {
+                self.refuse(&trials[k], step, reason);
+            }
+        }
+        let list = short_list(trials, &scores, self.sensors.imposed.iter().flatten().count());
         let base = Base { fitted: &state.fitted, whitener: &state.whitener, added: &state.added() };
         let problem = Problem { slopes: state.slopes, ..*self.problem };
-        let refitted = |list: &[usize], scores: &[Option<Score>], start: Option<&Fitted>| -> Vec<Refit> {
+        let refitted = |list: &[usize], scores: &[Option<Score>], start: Option<&Fitted>, leader: f64| {
             let of = |&k: &usize| {
-                refit(&problem, &base, start, &trials[k], scores[k].as_ref()?, &self.channel_std)
+                let score = scores[k].as_ref()?;
+                refit(&problem, &base, start, &trials[k], score, leader, &self.channel_std)
             };
-            list.par_iter().filter_map(of).collect()
+            list.par_iter().filter_map(of).collect::<Vec<Refit>>()
         };
-        let mut refits = refitted(&list, &scores, None);
-        // A candidate that explains all and leaves nothing bent has no better start.
-        let enough = UNEXPLAINED * self.problem.form.layout().counted();
-        let is_enough = |r: &Refit| r.fitted.objective < enough && !is_bent(&r.fitted.model);
+        // What changes which joints have springs costs most: it comes last, when there is a leader.
+        let (swings, others): (Vec<usize>, Vec<usize>) =
+            list.into_iter().partition(|&k| trials[k].switches_springs());
+        let mut refits = refitted(&others, &scores, None, f64::INFINITY);
+        let unrefused = refits.iter().filter(|r| r.refused.is_none());
+        let leader = unrefused.map(|r| r.fitted.objective).fold(f64::INFINITY, f64::min);
+        refits.extend(refitted(&swings, &scores, None, leader));
+        // A candidate that explains all and leaves nothing bent has no better start; where derivatives are dear, one that
+        // explains nearly all is not asked to have a better one.
+        let noise = UNEXPLAINED * self.problem.form.layout().counted();
+        let dear = state.fitted.model.unknowns.len() > MANY;
+        let is_enough = |r: &Refit| {
+            let left = r.fitted.objective;
+            (left < noise && !r.fitted.model.is_bent(BENT))
+                || (dear && left < NEARLY * state.fitted.objective)
+        };
         let stated = if refits.iter().any(is_enough) { None } else { self.stated(state) };
         if let Some(Stated { fitted, columns }) = &stated
             && let Some(scores) = self.scores(fitted, state, columns)
@@ -327,7 +358,8 @@ impl<'a> Search<'a> {
             let is_new = |&k: &usize| matches!(trials[k].how, How::New { .. });
             let best: Vec<usize> =
                 best_starts(trials, &scores).into_iter().filter(is_new).take(STATED_LIST).collect();
-            refits.extend(refitted(&best, &scores, Some(fitted)));
+            let list = with_lines(best, trials, &scores);
+            refits.extend(refitted(&list, &scores, Some(fitted), leader));
         }
         let refits = lowest_of_each(refits.into_iter());
         let (mut passed, mut failed) = (Vec::new(), Vec::new());
@@ -362,33 +394,6 @@ impl<'a> Search<'a> {
             screen.score(trial, &state.whitener.apply_all(layout, raw.as_ref()?))
         };
         Some(state.trials.par_iter().zip(columns).map(score).collect())
-    }
-
-    // Of the best start values of each effect and place the best by the fall of the objective.
-    fn short_list(&mut self, trials: &[Trial], scores: &[Option<Score>], step: usize) -> Vec<usize> {
-        for k in impossible_starts(trials, scores) {
-            if let Some(reason) = scores[k].as_ref().and_then(|s| s.out.clone()) {
-                self.refuse(&trials[k], step, reason);
-            }
-        }
-        let best = best_starts(trials, scores);
-        let drop = |k: usize| scores[k].as_ref().map_or(0.0, |s| s.drop);
-        let mut list: Vec<usize> = Vec::new();
-        let joints = self.sensors.imposed.iter().flatten().count().max(1);
-        let per_place = (SHORT_LIST / joints).clamp(SHORT_LIST_PLACE.0, SHORT_LIST_PLACE.1);
-        let top = best.first().map_or(0.0, |&k| drop(k));
-        for &k in &best {
-            let here = list.iter().filter(|&&l| trials[l].place == trials[k].place).count();
-            let worth = list.len() < 2 || drop(k) > 0.02 * top;
-            if worth && here < per_place && list.len() < SHORT_LIST {
-                list.push(k);
-            }
-        }
-        // A wrong tolerance changes no residual: the best releases are always heard.
-        let releases = best.iter().filter(|&&k| matches!(trials[k].how, How::Release { .. }));
-        let unheard: Vec<usize> = releases.copied().filter(|k| !list.contains(k)).take(RELEASES).collect();
-        list.extend(unheard);
-        list
     }
 
     pub fn refuse(&mut self, trial: &Trial, step: usize, reason: String) {
@@ -458,11 +463,6 @@ impl<'a> Search<'a> {
         }
         self.settled_anew(model, |model| self.descended(model, &state.whitener), accepted).map(Some)
     }
-}
-
-// Some parameter is far from its stated value.
-fn is_bent(model: &Candidate) -> bool {
-    model.unknowns.iter().any(|u| u.pull(model.p[u.position]) >= BENT * BENT)
 }
 
 // Two changes of the residual overlap by less than this cosine if they concern different joints.

@@ -12,8 +12,12 @@ const RENEWALS: usize = 3;
 const HOLDS: f64 = 10.0;
 // The share of the objective by which they may differ besides where derivatives are taken about the reference.
 const HOLDS_SHARE: f64 = 0.01;
+// Most times that a model is led halfway back to what is stated.
+const RETREATS: usize = 4;
 // A descent that gains this factor has left the model that its reference was smoothed by.
 const MOVED: f64 = 1.1;
+// Standard deviations from its stated value at which a parameter has left all reason.
+const FAR_BENT: f64 = 10.0;
 // Mean square of the whitened rows above which a fit may have ended in a wrong valley.
 const MISFIT: f64 = 4.0;
 
@@ -27,8 +31,16 @@ impl Search<'_> {
     ) -> Result<State, IdentifyError> {
         let at = match self.renewed(&mut model) {
             None => descend(&mut model),
-            Some((at, _)) if accepted.is_empty() => at,
-            Some(first) => self.lower(&mut model, first, |model| self.renewed(model)),
+            Some((at, _)) if accepted.is_empty() && !model.is_bent(FAR_BENT) => at,
+            Some(first) => {
+                // Under the noise that a bent model leaves, the valleys are wide.
+                let wide = self.noise(&model, &first.0.residual, &[&first.0.columns]);
+                self.lower(&mut model, first, |model| {
+                    let at = model.linearise(self.problem);
+                    refine(self.problem, model, &wide, at, 10);
+                    self.renewed(model)
+                })
+            }
         };
         self.settled(model, at, accepted)
     }
@@ -55,7 +67,7 @@ impl Search<'_> {
         descend: impl FnOnce(&mut Candidate) -> Option<(Linearised, f64)>,
     ) -> Linearised {
         let form = self.problem.form;
-        if value < MISFIT * form.layout().counted() {
+        if value < MISFIT * form.layout().counted() && !model.is_bent(FAR_BENT) {
             return at;
         }
         let (kept, reference) = (model.p.clone(), form.reference());
@@ -77,8 +89,7 @@ impl Search<'_> {
         form.reference()?;
         let mut found = None;
         for _ in 0..RENEWALS {
-            form.renew(&model.plant, &model.p);
-            let at = model.linearise(self.problem);
+            let at = self.about_new_reference(model);
             let whitener = self.noise(model, &at.residual, &[&at.columns]);
             let worth = |model: &Candidate, at: &Linearised| {
                 objective(&whitener.apply(form.layout(), &at.residual), model)
@@ -93,6 +104,24 @@ impl Search<'_> {
             }
         }
         found
+    }
+
+    // The linearisation about a reference that the model gives. A model that was bent too far to be followed on the grid of
+    // the derivatives is led back towards what is stated.
+    fn about_new_reference(&self, model: &mut Candidate) -> Linearised {
+        let linearised = |model: &Candidate| {
+            self.problem.form.renew(&model.plant, &model.p);
+            model.linearise(self.problem)
+        };
+        let mut at = linearised(model);
+        for _ in 0..RETREATS {
+            if at.is_finite() {
+                break;
+            }
+            model.straighten_halfway();
+            at = linearised(model);
+        }
+        at
     }
 
     // Squared length by which rows are off that take the links to be where the reference has them.

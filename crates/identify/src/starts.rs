@@ -2,7 +2,8 @@
 
 use crate::refit::Refit;
 use crate::screen::Score;
-use crate::trial::Trial;
+use crate::swings;
+use crate::trial::{How, Trial};
 
 /// The best start values of each effect and place, best first.
 pub(crate) fn best_starts(trials: &[Trial], scores: &[Option<Score>]) -> Vec<usize> {
@@ -12,6 +13,49 @@ pub(crate) fn best_starts(trials: &[Trial], scores: &[Option<Score>]) -> Vec<usi
 /// The same of those that physics forbids and the data ask for.
 pub(crate) fn impossible_starts(trials: &[Trial], scores: &[Option<Score>]) -> Vec<usize> {
     best_by_label(trials, scores, |s| s.out.is_some() && s.drop > WORTH_A_WORD)
+}
+
+/// What is refitted in a round: the best start values of each effect and place, the best by the fall of the objective,
+/// not too many of one place where `joints` joints move.
+pub(crate) fn short_list(trials: &[Trial], scores: &[Option<Score>], joints: usize) -> Vec<usize> {
+    let best = best_starts(trials, scores);
+    let drop = |k: usize| scores[k].as_ref().map_or(0.0, |s| s.drop);
+    let is_on_trust = |k: usize| scores[k].as_ref().is_some_and(|s| s.on_trust);
+    let per_place = (SHORT_LIST / joints.max(1)).clamp(SHORT_LIST_PLACE.0, SHORT_LIST_PLACE.1);
+    let top = best.first().map_or(0.0, |&k| drop(k));
+    let mut list: Vec<usize> = Vec::new();
+    for &k in &best {
+        let here = list.iter().filter(|&&l| trials[l].place == trials[k].place).count();
+        let trusted = list.iter().filter(|&&l| is_on_trust(l)).count();
+        let least = if trials[k].switches_springs() { LEAST_SWING } else { LEAST };
+        let is_worth_it = list.len() < 2 || drop(k) > least * top;
+        let has_room = here < per_place && list.len() < SHORT_LIST;
+        if is_worth_it && has_room && !(is_on_trust(k) && trusted == MOST_ON_TRUST) {
+            list.push(k);
+        }
+    }
+    list = with_lines(list, trials, scores);
+    // A wrong tolerance changes no residual: the best releases are always heard.
+    let releases = best.iter().filter(|&&k| matches!(trials[k].how, How::Release { .. }));
+    let unheard: Vec<usize> = releases.copied().filter(|k| !list.contains(k)).take(RELEASES).collect();
+    list.extend(unheard);
+    list
+}
+
+/// These trials, and of each effect among them that swings its best start at every line of the residual's spectrum: a
+/// swing that is nearly in time is found from there, whatever its screen says.
+pub(crate) fn with_lines(mut list: Vec<usize>, trials: &[Trial], scores: &[Option<Score>]) -> Vec<usize> {
+    let swings: Vec<usize> = list.iter().copied().filter(|&k| trials[k].switches_springs()).collect();
+    for k in swings {
+        for line in 0..swings::MOST {
+            let is_at_line =
+                |&l: &usize| trials[l].line == Some(line) && trials[l].label() == trials[k].label();
+            let drop = |l: usize| scores[l].as_ref().map_or(f64::NEG_INFINITY, |s| s.drop);
+            let best = (0..trials.len()).filter(is_at_line).max_by(|&a, &b| drop(a).total_cmp(&drop(b)));
+            list.extend(best.filter(|best| scores[*best].is_some() && !list.contains(best)));
+        }
+    }
+    list
 }
 
 fn best_by_label(trials: &[Trial], scores: &[Option<Score>], counts: impl Fn(&Score) -> bool) -> Vec<usize> {
@@ -47,3 +91,13 @@ pub(crate) fn lowest_of_each(refits: impl Iterator<Item = Refit>) -> Vec<Refit> 
 // Falls of the objective below which a trial is not refitted, and above which an impossible one is told.
 const LEAST_DROP: f64 = 12.0;
 const WORTH_A_WORD: f64 = 30.0;
+// Most candidates refitted in a round, and fewest and most for one place.
+const SHORT_LIST: usize = 8;
+const SHORT_LIST_PLACE: (usize, usize) = (3, 5);
+// Releases refitted besides.
+const RELEASES: usize = 2;
+// Share of the best promise that a candidate's must have to be refitted; more for new springs, which cost most.
+const LEAST: f64 = 0.02;
+const LEAST_SWING: f64 = 0.1;
+// Most candidates refitted whose screen does not speak for them.
+const MOST_ON_TRUST: usize = 3;

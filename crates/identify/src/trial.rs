@@ -1,11 +1,12 @@
 //! The candidates that a catalogue offers to a model: effect, place, start values.
 
-use sinew_effect::{Card, Entry, PlaceKind, Requirement, Role, Screening, Sensor, Written};
+use sinew_effect::{Card, Entry, PlaceKind, Requirement, Role, SWING_FREQUENCY, Screening, Sensor, Written};
 use sinew_model::{EffectSpec, Place};
 use sinew_rigid::{Bodies, Scratch, inertias, mass_matrix_with};
 
 use crate::problem::{Candidate, Problem};
 use crate::record::{Channel, Record, Sensors};
+use crate::swings::{Swing, told};
 
 /// How a trial changes the model.
 #[derive(Debug, Clone)]
@@ -24,12 +25,48 @@ pub(crate) struct Trial {
     pub how: How,
     /// New parameters that its refit would have.
     pub parameters: usize,
+    /// Which line of the residual's spectrum its start swings at.
+    pub line: Option<usize>,
+}
+
+// Start values of an effect at a place.
+struct Start {
+    spec: EffectSpec,
+    strengths: Vec<usize>,
+    exact: bool,
+    line: Option<usize>,
+}
+
+impl Start {
+    // To be screened by derivatives along its strengths.
+    fn derived(spec: EffectSpec, strengths: &[usize]) -> Self {
+        Self { spec, strengths: strengths.to_vec(), exact: false, line: None }
+    }
+
+    // To be screened by switching it on with this first strength.
+    fn switched(spec: EffectSpec, first: usize) -> Self {
+        Self { spec, strengths: vec![first], exact: true, line: None }
+    }
 }
 
 impl Trial {
     /// `effect@place`.
     pub fn label(&self) -> String {
         self.place.label(self.card.name)
+    }
+
+    /// The effect that is switched on to screen it; none of trials that are screened by a derivative.
+    pub fn exact_spec(&self) -> Option<&EffectSpec> {
+        match &self.how {
+            How::New { spec, exact: true, .. } => Some(spec),
+            _ => None,
+        }
+    }
+
+    /// True if it changes which joints have springs.
+    pub fn switches_springs(&self) -> bool {
+        let swings = matches!(self.card.screening, Screening::Resonance { .. } | Screening::Swing { .. });
+        swings && matches!(self.how, How::New { .. })
     }
 
     /// Strengths and shapes, for ties: a plain cause is preferred when the data do not care.
@@ -66,6 +103,8 @@ pub(crate) struct Offer<'a> {
     pub records: &'a [Record],
     /// Harmonics found by the position scan: degree of freedom and periods a turn.
     pub harmonics: &'a [(usize, f64)],
+    /// Lines in the spectrum of the residual: degree of freedom and line.
+    pub swings: &'a [(usize, Swing)],
 }
 
 impl Offer<'_> {
@@ -109,10 +148,17 @@ impl Offer<'_> {
         }
         self.starts(entry, &place, dof)
             .into_iter()
-            .map(|(spec, strengths, exact)| {
+            .map(|start| {
+                let Start { spec, strengths, exact, line } = start;
                 let stated = card.parameters.iter().filter(|p| p.role == Role::Stated).count();
                 let parameters = card.parameters.len() - stated;
-                Trial { card, place: place.clone(), how: How::New { spec, strengths, exact }, parameters }
+                Trial {
+                    card,
+                    place: place.clone(),
+                    how: How::New { spec, strengths, exact },
+                    parameters,
+                    line,
+                }
             })
             .collect()
     }
@@ -122,7 +168,7 @@ impl Offer<'_> {
             return Vec::new();
         }
         let parameters = unknowns.len();
-        vec![Trial { card, place, how: How::Release { unknowns }, parameters }]
+        vec![Trial { card, place, how: How::Release { unknowns }, parameters, line: None }]
     }
 
     fn present(&self, kind: &str, place: &Place) -> Option<usize> {
@@ -172,12 +218,7 @@ impl Offer<'_> {
     }
 
     // Start values: the grid of the shape, the exact strengths, or both.
-    fn starts(
-        &self,
-        entry: &'static Entry,
-        place: &Place,
-        dof: Option<usize>,
-    ) -> Vec<(EffectSpec, Vec<usize>, bool)> {
+    fn starts(&self, entry: &'static Entry, place: &Place, dof: Option<usize>) -> Vec<Start> {
         let card = entry.card;
         let plain = EffectSpec::new(card.name, place.clone());
         let strengths: Vec<usize> =
@@ -194,16 +235,16 @@ impl Offer<'_> {
                 match grids {
                     None if entry.words.contains(&"from") => self
                         .sources(dof)
-                        .map(|from| (plain.clone().said("from", from), strengths.clone(), false))
+                        .map(|from| Start::derived(plain.clone().said("from", from), &strengths))
                         .collect(),
                     Some((k, grid)) => {
-                        grid.iter().map(|&v| (set(&plain, k, v), strengths.clone(), false)).collect()
+                        grid.iter().map(|&v| Start::derived(set(&plain, k, v), &strengths)).collect()
                     }
-                    None => vec![(plain, strengths, false)],
+                    None => vec![Start::derived(plain, &strengths)],
                 }
             }
             Screening::Exact { strengths: tried } => {
-                tried.iter().map(|&v| (set(&plain, strengths[0], v), vec![strengths[0]], true)).collect()
+                tried.iter().map(|&v| Start::switched(set(&plain, strengths[0], v), strengths[0])).collect()
             }
             Screening::Quantiles { quantiles } => {
                 let values = dof.map(|d| self.quantiles(d, quantiles)).unwrap_or_default();
@@ -212,14 +253,14 @@ impl Offer<'_> {
                 for (side, v) in sides.iter().flat_map(|s| values.iter().map(move |v| (*s, *v))) {
                     let spec = set(&plain, last, v);
                     let spec = if side.is_empty() { spec } else { spec.said("side", side) };
-                    out.push((spec, strengths.clone(), false));
+                    out.push(Start::derived(spec, &strengths));
                 }
                 out
             }
             Screening::Peaks { shares } => {
                 let peak = dof.map_or(0.0, |d| self.peak(d));
-                let of =
-                    |share: &f64| (set(&plain, strengths[0], 1.0 / (share * peak)), vec![strengths[0]], true);
+                let first = strengths[0];
+                let of = |share: &f64| Start::switched(set(&plain, first, 1.0 / (share * peak)), first);
                 if peak > 0.0 { shares.iter().map(of).collect() } else { Vec::new() }
             }
             Screening::Swing { hertz, shares } => {
@@ -230,8 +271,10 @@ impl Offer<'_> {
                 };
                 let of = |axis: &&str| {
                     let spec = named(axis);
-                    let each =
-                        |[strength, f]: &[f64; 2]| (set(&set(&spec, 0, *strength), 1, *f), vec![0], true);
+                    let each = |(line, [strength, f]): &(Option<usize>, [f64; 2])| {
+                        let spec = set(&set(&spec, 0, *strength), SWING_FREQUENCY, *f);
+                        Start { line: *line, ..Start::switched(spec, 0) }
+                    };
                     starts.iter().map(each).collect::<Vec<_>>()
                 };
                 axes.iter().flat_map(of).collect()
@@ -240,7 +283,7 @@ impl Offer<'_> {
                 .harmonics
                 .iter()
                 .filter(|(d, _)| Some(*d) == dof)
-                .map(|&(_, n)| (set(&plain, last, n), strengths.clone(), false))
+                .map(|&(_, n)| Start::derived(set(&plain, last, n), &strengths))
                 .collect(),
             Screening::Resonance { hertz } => {
                 dof.map_or_else(Vec::new, |d| self.resonances(d, hertz, &plain, set))
@@ -256,7 +299,7 @@ impl Offer<'_> {
         hertz: &[f64],
         plain: &EffectSpec,
         set: impl Fn(&EffectSpec, usize, f64) -> EffectSpec,
-    ) -> Vec<(EffectSpec, Vec<usize>, bool)> {
+    ) -> Vec<Start> {
         if !self.shows_springs(Some(dof)) {
             return Vec::new();
         }
@@ -264,7 +307,7 @@ impl Offer<'_> {
         let of = |f: &f64| {
             let stiffness = inertia * (std::f64::consts::TAU * f).powi(2);
             let damping = 2.0 * START_DAMPING * (stiffness * inertia).sqrt();
-            (set(&set(plain, 0, 1.0 / stiffness), 1, damping), vec![0], true)
+            Start::switched(set(&set(plain, 0, 1.0 / stiffness), 1, damping), 0)
         };
         hertz.iter().map(of).collect()
     }
@@ -281,8 +324,15 @@ impl Offer<'_> {
         })
     }
 
-    // First strength and frequency of what swings. None on a slow log, which holds no swing.
-    fn swings(&self, card: &Card, dof: Option<usize>, hertz: &[f64], shares: &[f64]) -> Vec<[f64; 2]> {
+    // First strength and frequency of what swings, and the line of the spectrum they come from, if any. None on a slow log,
+    // which holds no swing.
+    fn swings(
+        &self,
+        card: &Card,
+        dof: Option<usize>,
+        hertz: &[f64],
+        shares: &[f64],
+    ) -> Vec<(Option<usize>, [f64; 2])> {
         if !self.shows_springs(None) {
             return Vec::new();
         }
@@ -295,7 +345,11 @@ impl Offer<'_> {
             let c = share / (inertia * (std::f64::consts::TAU * alone).powi(2));
             if compliance { [c, alone] } else { [share, f] }
         };
-        hertz.iter().flat_map(|&f| shares.iter().map(move |&share| start(share, f))).collect()
+        let own = self.swings.iter().filter(|(d, _)| dof.is_none_or(|dof| dof == *d));
+        let lines = told(own.map(|(_, line)| *line).collect());
+        let lines = lines.iter().enumerate().map(|(n, line)| (Some(n), line.hertz));
+        let all = hertz.iter().map(|&f| (None, f)).chain(lines);
+        all.flat_map(|(line, f)| shares.iter().map(move |&share| (line, start(share, f)))).collect()
     }
 
     // The other joints whose drives log a torque.
