@@ -165,18 +165,27 @@ impl Candidate {
             .collect()
     }
 
-    /// Drops unknowns that the data cannot move: their columns are shorter than the noise even at their tolerance.
-    /// Inertias that are known exactly count as nominal: what hangs on a link is not known as well as the link.
+    /// Drops unknowns that the data cannot move, by their whitened columns. Returns the indices of those kept.
     pub fn keep_excited(&mut self, whitened: &[Vec<f64>], trust: Trust) -> Vec<usize> {
-        let is_exact = |u: &Unknown| trust == Trust::Exact && is_inertial(&self.specs[u.id.effect].kind);
-        let excited = |k: usize, u: &Unknown| {
-            let length = dot(&whitened[k], &whitened[k]).sqrt();
-            let size = if is_exact(u) { EXACT_TO_NOMINAL * u.scale } else { u.scale };
-            length.is_finite() && length * size > 0.05
-        };
-        let kept: Vec<usize> = (0..self.unknowns.len()).filter(|&k| excited(k, &self.unknowns[k])).collect();
+        let excited = |k: &usize| self.is_excited(&self.unknowns[*k], &whitened[*k], trust);
+        let kept: Vec<usize> = (0..self.unknowns.len()).filter(excited).collect();
         self.unknowns = kept.iter().map(|&k| self.unknowns[k].clone()).collect();
         kept
+    }
+
+    /// True if an unknown's column is not shorter than the noise even at its tolerance. Inertias that are known exactly
+    /// count as nominal: what hangs on a link is not known as well as the link.
+    pub fn is_excited(&self, unknown: &Unknown, whitened: &[f64], trust: Trust) -> bool {
+        let is_exact = trust == Trust::Exact && is_inertial(&self.specs[unknown.id.effect].kind);
+        let length = dot(whitened, whitened).sqrt();
+        let size = if is_exact { EXACT_TO_NOMINAL * unknown.scale } else { unknown.scale };
+        length.is_finite() && length * size > 0.05
+    }
+
+    /// Unknowns of its effects that are not free.
+    pub fn left_out(&self) -> Vec<Unknown> {
+        let all = (0..self.specs.len()).flat_map(|e| Unknown::of_effect(&self.plant, e));
+        all.filter(|u| self.unknowns.iter().all(|free| free.id != u.id)).collect()
     }
 }
 

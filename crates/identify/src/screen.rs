@@ -301,7 +301,8 @@ impl<'a> Screen<'a> {
         for &k in unknowns {
             freed.unknowns[k].prior = None;
         }
-        let equations = Equations::of(self.base.columns.clone(), self.base.residual.clone(), &freed, 0.0)?;
+        let equations = Equations::of(self.base.columns.clone(), self.base.residual.clone(), &freed, 0.0)?
+            .bounded(&freed)?;
         let at = |step: &[f64]| -> (Vec<f64>, f64) {
             let mut r = self.base.residual.clone();
             for (column, d) in self.base.columns.iter().zip(step) {

@@ -131,6 +131,25 @@ impl Search<'_> {
         distance(&whitener.apply(layout, &given), &whitener.apply(layout, &at.residual))
     }
 
+    // Unknowns that a larger noise had hidden become free where this model's noise shows them.
+    fn bring_back(&self, model: &mut Candidate, at: &mut Linearised) {
+        let hidden = model.left_out();
+        if hidden.is_empty() {
+            return;
+        }
+        let form = self.problem.form;
+        let positions: Vec<usize> = hidden.iter().map(|u| u.position).collect();
+        let columns = form.columns(&model.plant, &model.p, &positions, self.problem.slopes);
+        let whitener = self.noise(model, &at.residual, &[&at.columns]);
+        let white = whitener.apply_all(form.layout(), &columns);
+        for ((unknown, column), white) in hidden.into_iter().zip(columns).zip(white) {
+            if model.is_excited(&unknown, &white, self.problem.robot.trust) {
+                model.unknowns.push(unknown);
+                at.columns.push(column);
+            }
+        }
+    }
+
     /// Noise from a saturated regression over all candidates, and a last refinement under it.
     pub fn settled(
         &self,
@@ -140,6 +159,7 @@ impl Search<'_> {
     ) -> Result<State, IdentifyError> {
         let layout = self.problem.form.layout();
         let mut problem = *self.problem;
+        self.bring_back(&mut model, &mut at);
         if problem.is_rough() {
             let whitener = self.noise(&model, &at.residual, &[&at.columns]);
             let value = objective(&whitener.apply(layout, &at.residual), &model);
