@@ -1,6 +1,6 @@
 //! The descent of a candidate from its screened strengths to its minimum.
 
-use sinew_effect::{SWING_FREQUENCY, Screening};
+use sinew_effect::SWING_FREQUENCY;
 
 use crate::colour::Whitener;
 use crate::problem::{Budget, Candidate, Equations, Linearised, MANY, Problem, objective, straighten};
@@ -137,9 +137,10 @@ impl<'a> Descent<'a> {
         let kept = std::mem::replace(&mut self.model.p, self.start.clone());
         let arrived = (0..VALLEY_STEPS).all(|_| {
             let at = self.model.linearise(problem);
-            let finite = at.residual.iter().chain(at.columns.iter().flatten()).all(|x| x.is_finite());
-            let equations =
-                finite.then(|| Equations::new(self.whitener, problem, &self.model, &at, 0.0)).flatten();
+            let equations = at
+                .is_finite()
+                .then(|| Equations::new(self.whitener, problem, &self.model, &at, 0.0))
+                .flatten();
             equations.is_some_and(|e| {
                 self.model.step(&e.step);
                 true
@@ -198,9 +199,8 @@ fn started(
                     score.strengths[k]
                 };
             }
-            let swings = matches!(trial.card.screening, Screening::Swing { .. });
             if let [share, shift] = score.strengths[..]
-                && swings
+                && trial.swings()
             {
                 // z(f + δ) ≈ a z + b ∂z
                 p[first + SWING_FREQUENCY] *= 1.0 + SHIFT * (shift / share.max(shift.abs())).clamp(-1.0, 1.0);

@@ -105,7 +105,7 @@ fn secants(
         Candidate::new(problem, specs).ok()
     };
     let Some(plant) = extended(family[0]).map(|c| c.plant) else { return vec![None; family.len()] };
-    let swings = matches!(family[0].card.screening, Screening::Swing { .. });
+    let swings = family[0].swings();
     let mut stated = model.p.clone();
     if !swings && plant.elastic() != model.plant.elastic() {
         straighten(&model.unknowns, &mut stated);
@@ -230,7 +230,7 @@ impl<'a> Screen<'a> {
                 // A swing in the wrong time may look like its opposite: where much is left, its refit may still find the
                 // time.
                 if let [share, shift] = score.strengths[..]
-                    && matches!(trial.card.screening, Screening::Swing { .. })
+                    && trial.swings()
                     && self.is_far()
                     && shift.abs() > share.abs()
                 {

@@ -31,7 +31,7 @@ impl Search<'_> {
     ) -> Result<State, IdentifyError> {
         let at = match self.renewed(&mut model) {
             None => descend(&mut model),
-            Some((at, _)) if accepted.is_empty() && !model.is_bent(FAR_BENT) => at,
+            Some((at, value)) if !self.is_doubtful(&model, value, accepted.is_empty()) => at,
             Some(first) => {
                 // Under the noise that a bent model leaves, the valleys are wide.
                 let wide = self.noise(&model, &first.0.residual, &[&first.0.columns]);
@@ -67,7 +67,7 @@ impl Search<'_> {
         descend: impl FnOnce(&mut Candidate) -> Option<(Linearised, f64)>,
     ) -> Linearised {
         let form = self.problem.form;
-        if value < MISFIT * form.layout().counted() && !model.is_bent(FAR_BENT) {
+        if !self.is_doubtful(model, value, false) {
             return at;
         }
         let (kept, reference) = (model.p.clone(), form.reference());
@@ -80,6 +80,13 @@ impl Search<'_> {
                 at
             }
         }
+    }
+
+    // True if a fit may have ended in a wrong valley: of a base only what was bent beyond reason tells, since much may be
+    // left where an effect is missing.
+    fn is_doubtful(&self, model: &Candidate, value: f64, is_base: bool) -> bool {
+        let leaves_much = value >= MISFIT * self.problem.form.layout().counted();
+        model.is_bent(FAR_BENT) || (leaves_much && !is_base)
     }
 
     // The model refined about references of its own until they hold, with its objective; none where there is no

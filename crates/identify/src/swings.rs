@@ -38,10 +38,11 @@ pub(crate) fn swings<'r>(runs: impl Iterator<Item = &'r [f64]>, period: f64) -> 
     let fft = RealFftPlanner::<f64>::new().plan_fft_forward(padded);
     let (mut input, mut output) = (fft.make_input_vec(), fft.make_output_vec());
     let mut power = vec![0.0; output.len()];
-    let window = |k: usize| 0.5 - 0.5 * (std::f64::consts::TAU * (k as f64 + 0.5) / piece as f64).cos();
+    let weight = |k: usize| 0.5 - 0.5 * (std::f64::consts::TAU * (k as f64 + 0.5) / piece as f64).cos();
+    let window: Vec<f64> = (0..piece).map(weight).collect();
     for part in runs.iter().flat_map(|r| r.windows(piece).step_by((piece / 2).max(1))) {
         input.fill(0.0);
-        input.iter_mut().zip(part).enumerate().for_each(|(k, (x, row))| *x = window(k) * row);
+        input.iter_mut().zip(window.iter().zip(part)).for_each(|(x, (w, row))| *x = w * row);
         if fft.process(&mut input, &mut output).is_err() {
             return Vec::new();
         }

@@ -63,10 +63,15 @@ impl Trial {
         }
     }
 
+    /// True if its effect swings at a frequency of its own.
+    pub fn swings(&self) -> bool {
+        matches!(self.card.screening, Screening::Swing { .. })
+    }
+
     /// True if it changes which joints have springs.
     pub fn switches_springs(&self) -> bool {
-        let swings = matches!(self.card.screening, Screening::Resonance { .. } | Screening::Swing { .. });
-        swings && matches!(self.how, How::New { .. })
+        let is_spring = self.swings() || matches!(self.card.screening, Screening::Resonance { .. });
+        is_spring && matches!(self.how, How::New { .. })
     }
 
     /// Strengths and shapes, for ties: a plain cause is preferred when the data do not care.
