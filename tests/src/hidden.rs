@@ -3,6 +3,7 @@
 use sinew_model::{EffectSpec, Place, Robot, Setting};
 
 use crate::Arm;
+use crate::suite::MEAN_TEMPERATURE;
 
 /// How an effect is hidden.
 pub enum How {
@@ -45,7 +46,8 @@ pub fn hidden_effects(arm: &Arm, dof: usize, size: f64) -> Vec<Hidden> {
 }
 
 // Keys that give a shape: they do not shrink with an effect's size.
-const SHAPES: [&str; 8] = [
+const SHAPES: [&str; 9] = [
+    "reference_temperature",
     "frequency",
     "damping_ratio",
     "stribeck_velocity",
@@ -77,6 +79,14 @@ fn added_at_joint(arm: &Arm, dof: usize, joint: &str, size: f64) -> Vec<Hidden> 
         with("asymmetric_friction", &[("slope", 0.3 * f)]),
         with("load_dependent_friction", &[("load_coefficient", 0.1)]),
         with("quadratic_viscous_friction", &[("quadratic", 0.3 * f)]),
+        with(
+            "temperature_dependent_friction",
+            &[
+                ("viscous_slope", -0.02 * f),
+                ("coulomb_slope", -0.01 * f),
+                ("reference_temperature", MEAN_TEMPERATURE),
+            ],
+        ),
         with("presliding_friction", &[("bristle_stiffness", 600.0 * f), ("micro_damping", 3.0 * f)]),
         with("link_viscous_friction", &[("viscous", 0.6 * f)]),
         with("link_coulomb_friction", &[("coulomb", 0.5 * f), ("smoothing_velocity", 1e-3)]),

@@ -188,6 +188,9 @@ fn recorded(
             if case.conditions.link_encoders {
                 options.quantities.push(Quantity::JointPosition);
             }
+            let temperature: Vec<f64> = options.times.iter().map(|t| temperature(k, t / duration)).collect();
+            let joints = truth.joints().iter();
+            joints.for_each(|&dof| options.temperature[dof] = Some(temperature.clone()));
             options.noise = noise.clone();
             options.seed = case.seed * 2 + k as u64;
             options.tolerance = Tolerance { relative: 1e-8, absolute: 1e-10 };
@@ -200,6 +203,14 @@ fn recorded(
             Ok(run)
         })
         .collect()
+}
+
+/// About the mean temperature of the two runs of a case, °C.
+pub(crate) const MEAN_TEMPERATURE: f64 = 34.0;
+
+// A cold run and one after an hour of work, a share of their time after the start.
+fn temperature(run: usize, share: f64) -> f64 {
+    MEAN_TEMPERATURE + if run == 0 { -10.0 + 4.0 * share } else { 9.0 + share }
 }
 
 fn fourier(arm: &Arm, seed: u64, seconds: f64) -> Trajectory {

@@ -68,8 +68,7 @@ impl Simulate {
             )?;
             Box::new(Torques::of_run(&input, &plant))
         };
-        let mut options = Options::new(&plant, 1.0, 1.0);
-        options.times.clone_from(&input.time);
+        let mut options = Options::new(&plant, 1.0, 1.0).along(&input, &plant);
         let p = plant.parameters();
         options.start = if self.controller {
             held_at(&file.robot, &plant, &start)?

@@ -25,6 +25,8 @@ pub struct At<'a, S> {
     pub thetad_sweep: &'a [f64],
     /// By how much the link velocity does.
     pub qd_sweep: &'a [f64],
+    /// Temperature of each joint, °C; none where nobody told it.
+    pub temperature: &'a [Option<f64>],
     /// The effect's own states.
     pub z: &'a [S],
     /// The constants of the robot.

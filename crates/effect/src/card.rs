@@ -305,6 +305,11 @@ pub enum Requirement {
     Joints(usize),
     /// The joint must turn, not slide.
     Turning,
+    /// The joint's temperature must be logged and change.
+    Temperature {
+        /// The stated parameter that its mean is written to.
+        mean: &'static str,
+    },
 }
 
 /// Another cause that looks alike.

@@ -27,6 +27,7 @@ pub static CATALOGUE: Catalogue = Catalogue {
         crate::asymmetric_friction::ENTRY,
         crate::load_dependent_friction::ENTRY,
         crate::quadratic_viscous_friction::ENTRY,
+        crate::temperature_dependent_friction::ENTRY,
         crate::presliding_friction::ENTRY,
         crate::link_viscous_friction::ENTRY,
         crate::link_coulomb_friction::ENTRY,

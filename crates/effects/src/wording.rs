@@ -46,6 +46,7 @@ pub(crate) fn requirement(requirement: &Requirement) -> String {
         Requirement::ElasticOrLinkEncoder => "an elastic joint or a link-side encoder".to_owned(),
         Requirement::MotorTorque => "a measured motor torque".to_owned(),
         Requirement::Joints(n) => format!("at least {n} joints"),
+        Requirement::Temperature { .. } => "a logged temperature of the joint that changes".to_owned(),
         Requirement::Turning => "a joint that turns".to_owned(),
     }
 }

@@ -40,6 +40,7 @@ impl Joint {
             thetad: one(&self.thetad),
             thetad_sweep: &[0.0],
             qd_sweep: &[0.0],
+            temperature: &[Some(35.0)],
             deflection: one(&self.deflection),
             deflection_rate: one(&self.rate),
             tau_j: one(&self.tau_j),
@@ -101,6 +102,13 @@ fn friction_opposes_the_motion() {
         assert_close(ahead.torque(effect, p), -drag);
         assert_close(back.torque(effect, p), drag);
     }
+}
+
+#[test]
+fn friction_follows_the_temperature_from_where_it_is_stated() {
+    let x = Joint { thetad: 0.5, ..Joint::default() };
+    // 35 °C are 15 K more than stated: 15 (0.02 · 0.5 + 0.1)
+    assert_close(x.torque(&TemperatureDependentFriction { dof: 0 }, &[0.02, 0.1, 20.0]), -1.65);
 }
 
 #[test]

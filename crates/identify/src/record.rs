@@ -70,6 +70,8 @@ pub(crate) struct Record {
     /// The width of the velocities over which the torques of a grid step are the mean; empty where they are those of an
     /// instant.
     pub sweep: Vec<Vec<f64>>,
+    /// Temperature of each joint, °C, where it was logged.
+    pub temperature: Vec<Option<Vec<f64>>>,
     /// Position, velocity, acceleration halfway to the next grid step, where the log has samples there.
     pub middle: Option<[Vec<Vec<f64>>; 3]>,
     /// Measured link position and velocity of the first steps, where there is a link encoder.
@@ -182,6 +184,7 @@ impl Record {
             thetad: Vec::new(),
             thetadd: Vec::new(),
             sweep: Vec::new(),
+            temperature: Vec::new(),
             middle: scales.stride.is_multiple_of(2).then(Default::default),
             start: vec![None; model.nv],
             thetad_wide: Vec::new(),
@@ -193,6 +196,10 @@ impl Record {
         };
         for (dof, quantity) in sensors.imposed.iter().enumerate() {
             record.impose(quantity.and_then(|q| run.signal(q, model.dof_name(dof))), run, &thin);
+            let temperature = run
+                .signal(Quantity::Temperature, model.dof_name(dof))
+                .map(|signal| thin.smoothed(&thin.smooth.value(&resample(&run.time, &signal.values, &grid))));
+            record.temperature.push(temperature);
         }
         for channel in &sensors.channels {
             record.measure(channel, &channel_signal(robot, run, channel), run, &thin);

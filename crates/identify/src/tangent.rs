@@ -356,6 +356,7 @@ fn copy(from: &LinkState<f64>, to: &mut LinkState<f64>) {
     to.thetad.copy_from_slice(&from.thetad);
     to.thetad_sweep.copy_from_slice(&from.thetad_sweep);
     to.qd_sweep.copy_from_slice(&from.qd_sweep);
+    to.temperature.copy_from_slice(&from.temperature);
     to.z.copy_from_slice(&from.z);
 }
 

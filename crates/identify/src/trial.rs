@@ -218,6 +218,7 @@ impl Offer<'_> {
             Requirement::ElasticOrLinkEncoder => elastic || encoder,
             Requirement::MotorTorque => has(Sensor::MotorTorque),
             Requirement::Joints(n) => model.nv >= *n,
+            Requirement::Temperature { .. } => dof.is_some_and(|d| self.warmth(d).is_some()),
             Requirement::Turning => dof.is_none_or(|d| !model.joints[model.joint_of_dof(d).0].kind.slides()),
         }
     }
@@ -225,7 +226,7 @@ impl Offer<'_> {
     // Start values: the grid of the shape, the exact strengths, or both.
     fn starts(&self, entry: &'static Entry, place: &Place, dof: Option<usize>) -> Vec<Start> {
         let card = entry.card;
-        let plain = EffectSpec::new(card.name, place.clone());
+        let plain = self.at_its_mean(card, dof, EffectSpec::new(card.name, place.clone()));
         let strengths: Vec<usize> =
             (0..card.parameters.len()).filter(|&k| card.parameters[k].role == Role::Strength).collect();
         let last = card.parameters.len() - 1;
@@ -368,6 +369,25 @@ impl Offer<'_> {
         self.sensors.motor_torque(self.records, dof).fold(0.0, |m, u| m.max(u.abs()))
     }
 
+    // An effect that depends on the temperature of its joint, stated about the mean of it.
+    fn at_its_mean(&self, card: &Card, dof: Option<usize>, spec: EffectSpec) -> EffectSpec {
+        let mean = dof.and_then(|d| self.warmth(d));
+        card.requires.iter().fold(spec, |spec, requirement| match (requirement, mean) {
+            (Requirement::Temperature { mean: key }, Some(mean)) => spec.with(key, mean),
+            _ => spec,
+        })
+    }
+
+    // The mean temperature of a joint over all runs; none where a run lacks it or it hardly changes.
+    fn warmth(&self, dof: usize) -> Option<f64> {
+        let series: Vec<&Vec<f64>> =
+            self.records.iter().map(|r| r.temperature[dof].as_ref()).collect::<Option<_>>()?;
+        let all = || series.iter().flat_map(|s| s.iter().copied());
+        let (low, high) = all().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), t| (l.min(t), h.max(t)));
+        let mean = all().sum::<f64>() / all().count() as f64;
+        (high - low > LEAST_WARMING).then_some(mean)
+    }
+
     fn shows_springs(&self, dof: Option<usize>) -> bool {
         let encoder = |dof| Channel { sensor: Sensor::JointPosition, dof };
         let fast = self.records.iter().all(|r| r.scales.period <= SLOWEST_SPRING_LOG);
@@ -398,5 +418,7 @@ impl Offer<'_> {
 
 // Damping ratio of a spring that nobody stated.
 const START_DAMPING: f64 = 0.03;
+// Span of temperatures from which friction may be seen to depend on it, K.
+const LEAST_WARMING: f64 = 3.0;
 // Sample period beyond which a motor-side log alone shows no spring, s.
 const SLOWEST_SPRING_LOG: f64 = 0.005;

@@ -101,6 +101,7 @@ impl<'a, S: Kind> Walk<'a, S> {
         for (i, joint) in self.freedom.joints.iter().enumerate() {
             let Some(j) = *joint else { continue };
             self.set(i, [r.theta[j][k], r.thetad[j][k], r.thetadd[j][k]], |series| series[k]);
+            self.x.temperature[i] = r.temperature[j].as_ref().map(|t| t[k]);
             let Some(sweep) = r.sweep.get(j).map(|s| s[k]) else { continue };
             self.x.thetad_sweep[i] = sweep;
             // A link turns about with its motor, or as it accelerates.

@@ -25,6 +25,7 @@ pub(crate) fn lift(x: &LinkState<f64>) -> LinkState<Derivative> {
         thetad: constants(&x.thetad),
         thetad_sweep: x.thetad_sweep.clone(),
         qd_sweep: x.qd_sweep.clone(),
+        temperature: x.temperature.clone(),
         z: constants(&x.z),
     }
 }

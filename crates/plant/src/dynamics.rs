@@ -24,6 +24,8 @@ pub struct LinkState<S> {
     pub thetad_sweep: Vec<f64>,
     /// By how much the link velocity does.
     pub qd_sweep: Vec<f64>,
+    /// Temperature of the joints, °C; none where nobody told it.
+    pub temperature: Vec<Option<f64>>,
     /// Own states of the effects, stacked.
     pub z: Vec<S>,
 }
@@ -39,6 +41,7 @@ impl<S: Scalar> LinkState<S> {
             thetad: zeros,
             thetad_sweep: vec![0.0; plant.model().nv],
             qd_sweep: vec![0.0; plant.model().nv],
+            temperature: vec![None; plant.model().nv],
             z: vec![S::ZERO; plant.state_len()],
         }
     }
@@ -58,6 +61,7 @@ impl LinkState<Derivative> {
         }
         self.thetad_sweep.copy_from_slice(&from.thetad_sweep);
         self.qd_sweep.copy_from_slice(&from.qd_sweep);
+        self.temperature.copy_from_slice(&from.temperature);
     }
 }
 
@@ -340,6 +344,7 @@ impl<'a, S: Kind> Dynamics<'a, S> {
             thetad: &x.thetad,
             thetad_sweep: &x.thetad_sweep,
             qd_sweep: &x.qd_sweep,
+            temperature: &x.temperature,
             deflection: &self.deflection,
             deflection_rate: &self.deflection_rate,
             tau_j: &self.tau_j,

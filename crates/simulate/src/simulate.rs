@@ -1,6 +1,6 @@
 //! A run of a plant, as its sensors would log it.
 
-use sinew_data::{Quantity, Run};
+use sinew_data::{Quantity, Run, Signal};
 use sinew_plant::Plant;
 
 use crate::channels::Channel;
@@ -19,6 +19,8 @@ pub struct Options {
     pub start: Start,
     /// The signals wanted, for every joint that has a motor and sensors: bending links show in none of them.
     pub quantities: Vec<Quantity>,
+    /// Temperature of each degree of freedom at the samples, °C; none where it is nobody's concern. What is told is logged.
+    pub temperature: Vec<Option<Vec<f64>>>,
     /// What the sensors add.
     pub noise: Noise,
     /// Seed of the noise.
@@ -41,11 +43,21 @@ impl Options {
             times: (0..=samples).map(|k| k as f64 * period).collect(),
             start: Start::at(&vec![0.0; plant.model().nv]),
             quantities: SIGNALS.to_vec(),
+            temperature: vec![None; plant.model().nv],
             noise: Noise::default(),
             seed: 0,
             method: Method::Auto,
             tolerance: Tolerance::default(),
         }
+    }
+
+    /// The same at the times of a run, its joints as warm as its log says.
+    pub fn along(mut self, run: &Run, plant: &Plant) -> Self {
+        let model = plant.model();
+        let told = |dof| run.signal(Quantity::Temperature, model.dof_name(dof)).map(|s| s.values.clone());
+        self.times.clone_from(&run.time);
+        self.temperature = (0..model.nv).map(told).collect();
+        self
     }
 }
 
@@ -111,11 +123,13 @@ pub fn simulate(
     check(options)?;
     let nv = plant.model().nv;
     assert_eq!((options.start.q.len(), options.start.theta.len()), (nv, nv), "start");
+    assert_eq!(options.temperature.len(), nv, "temperature");
     let equations = Equations::new(plant, p, &options.start.q, &options.start.theta);
     let mut bench = Bench::new(equations, options);
     let mut measured = vec![0.0; plant.joints().len()];
     let mut command = vec![0.0; plant.joints().len()];
     for (k, &t) in options.times.iter().enumerate() {
+        bench.warm(k);
         bench.read_encoders(k, &mut measured);
         drive.command(Measured { time: t, motor_position: &measured }, &mut command);
         bench.hold(k, t, &command);
@@ -173,6 +187,13 @@ impl<'a> Bench<'a> {
             work: Work::default(),
             equations,
             options,
+        }
+    }
+
+    // Joints keep their temperature from one sample to the next.
+    fn warm(&mut self, k: usize) {
+        for (now, told) in self.equations.state.temperature.iter_mut().zip(&self.options.temperature) {
+            *now = told.as_ref().map(|values| values[k]);
         }
     }
 
@@ -236,11 +257,25 @@ impl<'a> Bench<'a> {
     }
 
     fn finish(self) -> Result<Simulated, SimulateError> {
-        let signals = self.channels.into_iter().map(Channel::into_signal).collect();
+        let mut signals = temperatures(self.equations.dynamics.plant(), self.options);
+        signals.splice(0..0, self.channels.into_iter().map(Channel::into_signal));
         let run = Run::new("simulated".to_owned(), self.options.times.clone(), signals)?;
         let audit = EnergyAudit::of(&self.energy, &self.supplied);
         Ok(Simulated { run, energy: self.energy, audit, work: self.work })
     }
+}
+
+// The temperatures that were told, as their sensors show them.
+fn temperatures(plant: &Plant, options: &Options) -> Vec<Signal> {
+    let told = options.temperature.iter().enumerate().filter_map(|(dof, told)| Some((dof, told.as_ref()?)));
+    let of = |(dof, values): (usize, &Vec<f64>)| {
+        let joint = plant.model().dof_name(dof);
+        let noise = options.noise.channel(options.seed, Quantity::Temperature, joint);
+        let (std, resolution) = noise.stated();
+        let shown = values.iter().enumerate().map(|(k, &value)| noise.read(value, k)).collect();
+        Signal { std, resolution, ..Signal::new(Quantity::Temperature, joint.to_owned(), shown) }
+    };
+    told.map(of).collect()
 }
 
 fn check(options: &Options) -> Result<(), SimulateError> {
@@ -249,6 +284,11 @@ fn check(options: &Options) -> Result<(), SimulateError> {
     if options.times.len() < 2 || !options.times.windows(2).all(|t| t[1] > t[0]) {
         let what = format!("times must increase and be two at least (got {} times)", options.times.len());
         return Err(bad(what, "give the times of the samples in order".into()));
+    }
+    let samples = options.times.len();
+    if let Some(told) = options.temperature.iter().flatten().find(|told| told.len() != samples) {
+        let what = format!("temperatures must be as many as times (got {} for {samples})", told.len());
+        return Err(bad(what, "give the temperature of the joint at every sample".into()));
     }
     if let Some(q) = options.quantities.iter().find(|q| !SIGNALS.contains(q)) {
         let names = SIGNALS.map(|q| q.name()).join(", ");

@@ -21,6 +21,8 @@ pub(super) const ACTS: [Act; 8] = [
 
 // q, q̇, θ, θ̇, δ, δ̇, τ_J
 const VECTORS: usize = 7;
+// Temperature of the joints, °C.
+const WARM: f64 = 30.0;
 
 /// A state of the robot: seven vectors, then the own states.
 #[derive(Debug, Clone)]
@@ -29,6 +31,7 @@ pub(super) struct Sample<S> {
     nv: usize,
     // No sweep of any velocity.
     still: Vec<f64>,
+    temperature: Vec<Option<f64>>,
     before: Coefficients<S>,
     coefficients: Coefficients<S>,
 }
@@ -41,6 +44,7 @@ impl Sample<f64> {
             numbers: vec![0.0; VECTORS * model.nv + states],
             nv: model.nv,
             still: vec![0.0; model.nv],
+            temperature: vec![Some(WARM); model.nv],
             coefficients: before.clone(),
             before,
         }
@@ -64,6 +68,7 @@ impl Sample<f64> {
             numbers: self.numbers.iter().map(|&x| f(x)).collect(),
             nv: self.nv,
             still: self.still.clone(),
+            temperature: self.temperature.clone(),
             before: constants(&self.before, S::constant),
             coefficients: constants(&self.coefficients, S::constant),
         }
@@ -138,6 +143,7 @@ impl<S> Sample<S> {
             thetad: vector(3),
             thetad_sweep: &self.still,
             qd_sweep: &self.still,
+            temperature: &self.temperature,
             deflection: vector(4),
             deflection_rate: vector(5),
             tau_j: vector(6),

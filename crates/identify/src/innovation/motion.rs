@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use sinew_data::{Quantity, Run, Smoother, Uniform, resample};
+use sinew_data::{Quantity, Run, Signal, Smoother, Uniform, resample};
 use sinew_effect::Sensor;
 use sinew_model::Robot;
 
@@ -25,6 +25,8 @@ pub(super) struct Even {
     /// Standard deviation of a reading: of each channel, of each motor position.
     pub noise: Vec<f64>,
     pub theta_noise: Vec<f64>,
+    // Temperature of each joint, where it was logged.
+    temperature: Vec<Option<Vec<f64>>>,
     // Link motion of the first moments.
     start: Vec<Option<Vec<[f64; 2]>>>,
 }
@@ -68,12 +70,16 @@ impl Even {
             theta: vec![still.clone(); nv],
             noise: Vec::new(),
             theta_noise: vec![0.0; nv],
+            temperature: Vec::new(),
             start: vec![None; nv],
             time,
         };
         let mut motion = Motion { theta: vec![still.clone(); nv], thetad: vec![still; nv] };
         let signal = |quantity: Option<Quantity>, dof| run.signal(quantity?, robot.model.dof_name(dof));
         for dof in 0..nv {
+            let temperature = signal(Some(Quantity::Temperature), dof);
+            let read = |signal: &Signal| reach(&resample(&run.time, &signal.values, &grid));
+            even.temperature.push(temperature.map(read));
             let Some(signal) = signal(sensors.imposed[dof], dof) else { continue };
             let x = resample(&run.time, &signal.values, &grid);
             even.theta_noise[dof] = noise_of(signal, &x);
@@ -127,6 +133,7 @@ impl Even {
             thetad,
             thetadd,
             sweep,
+            temperature: self.temperature.iter().map(|t| t.as_ref().map(mean)).collect(),
             middle: None,
             start: self.start.clone(),
             measured: measured.collect(),
@@ -174,6 +181,7 @@ impl Even {
             sweep,
             thetad_wide: thetad.clone(),
             thetad,
+            temperature: self.temperature.iter().map(|t| t.as_ref().map(odd)).collect(),
             middle: None,
             start: start.collect(),
             measured: self.torque.iter().map(|torque| met_torque(torque)).collect(),

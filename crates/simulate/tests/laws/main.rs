@@ -11,3 +11,4 @@ mod refusals;
 mod robots;
 mod stiffness;
 mod swings;
+mod temperature;

@@ -37,6 +37,12 @@ fn a_signal_that_is_not_simulated_is_refused() {
 }
 
 #[test]
+fn temperatures_are_as_many_as_samples() {
+    let text = message(|o| o.temperature = vec![Some(vec![20.0, 21.0])]);
+    assert!(text.starts_with("simulation: temperatures must be as many as times (got 2 for 11)"), "{text}");
+}
+
+#[test]
 fn a_robot_that_runs_away_is_named_with_the_time() {
     let text = message(|o| {
         o.times = (0..100).map(f64::from).collect();
