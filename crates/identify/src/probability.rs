@@ -40,8 +40,10 @@ pub(crate) struct Likeness {
 
 // Share left of an error by a law of which one in two is only like the true one.
 const LIKE: f64 = 0.1;
-// Mean square of whitened rows up to which nothing is left but noise, whose size is known to a part.
+// Mean square of whitened rows up to which nothing is left but noise, whose size is known to a part only; the same by that
+// of quiet seconds, where a model that is wrong now and then makes too much of the noise.
 const NOISE: f64 = 1.5;
+const UNEVEN: f64 = 3.0;
 // z below which a tension, not the data, carries an effect.
 const LEAST_Z: f64 = 3.0;
 
@@ -56,7 +58,7 @@ impl Likeness {
         let dof = |e: &Accepted| layout.channels[e.evidence.channel].dof;
         let accepted = &explored.state.accepted;
         let concerns = |c: usize| rests_on_tension(evidence) || layout.channels[c].dof == dof(entry);
-        if !left.iter().enumerate().any(|(c, l)| concerns(c) && l.square > NOISE) {
+        if !left.iter().enumerate().any(|(c, l)| concerns(c) && l.noise() < l.square) {
             let before = accepted.iter().take_while(|a| a.trial.label() != entry.trial.label());
             let company = before.filter(|a| a.trial.place == entry.trial.place).count();
             return Self { share: 0.0, company };
@@ -71,7 +73,7 @@ impl Likeness {
         let step = rungs.iter().position(|rung| rung.added.contains(&entry.trial.label()));
         let before = step.and_then(|step| rungs.get(step.checked_sub(1)?));
         let errors = before.zip(rungs.last()).map(|(before, last)| [error(before), error(last)]);
-        let share = share_left(evidence.explained, errors, left[evidence.channel].square);
+        let share = share_left(evidence.explained, errors, left[evidence.channel]);
         Self { share, company }
     }
 
@@ -81,11 +83,18 @@ impl Likeness {
     }
 }
 
-// By the errors of a channel before the step of an effect and in the end, and the mean square of its last whitened rows;
-// where the errors are not known, what the step itself left.
-fn share_left(explained: f64, errors: Option<[f64; 2]>, square: f64) -> f64 {
+impl Left {
+    // The most that noise may be of the mean square.
+    fn noise(&self) -> f64 {
+        NOISE.min(UNEVEN * self.quiet)
+    }
+}
+
+// By the errors of a channel before the step of an effect and in the end, and what is left of its whitened rows; where the
+// errors are not known, what the step itself left.
+fn share_left(explained: f64, errors: Option<[f64; 2]>, left: Left) -> f64 {
     let Some([before, last]) = errors else { return 1.0 - explained };
-    let (fall, rest) = (explained * before, (1.0 - NOISE / square).max(0.0) * last);
+    let (fall, rest) = (explained * before, (1.0 - left.noise() / left.square).max(0.0) * last);
     rest / (rest + fall).max(1e-300)
 }
 
@@ -96,8 +105,11 @@ mod tests {
     #[test]
     fn what_is_left_counts_beyond_noise_and_against_what_was_taken_away() {
         // Of an error of 8, 6 were taken away; 4 are left at three times the noise, half of them more than it may be.
-        assert_eq!(share_left(0.75, Some([8.0, 4.0]), 3.0), 0.25);
-        assert_eq!(share_left(0.75, Some([8.0, 2.0]), 1.0), 0.0);
-        assert_eq!(share_left(0.75, None, 3.0), 0.25);
+        let left = |square, quiet| Left { square, quiet, foretold: 0.0 };
+        assert_eq!(share_left(0.75, Some([8.0, 4.0]), left(3.0, 1.0)), 0.25);
+        assert_eq!(share_left(0.75, Some([8.0, 2.0]), left(1.0, 1.0)), 0.0);
+        assert_eq!(share_left(0.75, None, left(3.0, 1.0)), 0.25);
+        // The same rows under a noise that was taken for larger.
+        assert_eq!(share_left(0.75, Some([8.0, 4.0]), left(0.6, 0.1)), 0.25);
     }
 }

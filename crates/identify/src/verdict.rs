@@ -138,7 +138,7 @@ mod tests {
             predictable_remainder: 0.0,
             distance_to_floor: 1.6,
         };
-        let left = |foretold| [Left { square: 2.6, foretold }];
+        let left = |foretold| [Left { square: 2.6, quiet: 1.0, foretold }];
         let of = |foretold, accepted| word(std::slice::from_ref(&channel), &left(foretold), accepted);
         assert_eq!(of(0.1, 0), Verdict::Adequate);
         assert_eq!(of(2.3, 0), Verdict::Unexplained);
