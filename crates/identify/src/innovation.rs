@@ -9,6 +9,7 @@ mod filter;
 mod kalman;
 mod linearise;
 mod motion;
+mod noise;
 mod rows;
 mod system;
 
@@ -135,10 +136,11 @@ impl Innovation {
     fn renewed(&self, plant: &Plant, p: &[f64]) -> Reference {
         let mut motions = self.smooth.clone();
         let mut noise: Option<Vec<f64>> = None;
-        for _ in 0..ROUNDS {
+        for round in 0..ROUNDS {
             let pass = Pass::new(self, &motions, plant, p);
             let found = pass.torque_noise(noise.as_deref());
-            motions = pass.smoothed(&found);
+            let smoothed = pass.smoothed(&found);
+            motions = if round == 0 { pass.held(smoothed) } else { smoothed };
             let alike = |(a, b): (&f64, &f64)| (a / b).ln().abs() < SETTLED_NOISE;
             let settled = noise.as_ref().is_some_and(|n| n.iter().zip(&found).all(alike));
             noise = Some(found);
@@ -217,67 +219,6 @@ impl<'a> Pass<'a> {
         [torque - predicted[joint.torque][k], motor, position - joint.position.map_or(0.0, link)]
     }
 
-    /// Torque noise of every joint by maximum likelihood on samples that move, one after the other: each is searched
-    /// from above with the others as they are; `before`: what the last pass found.
-    fn torque_noise(&self, before: Option<&[f64]>) -> Vec<f64> {
-        let groups = self.form.groups();
-        let found: Vec<Vec<f64>> = groups.into_par_iter().map(|group| self.noise_of(group, before)).collect();
-        found.concat()
-    }
-
-    fn noise_of(&self, group: Range<usize>, before: Option<&[f64]>) -> Vec<f64> {
-        let joints = self.form.joints.len();
-        let used = LIKELIHOOD_SAMPLES / self.records.len();
-        let runs = || 0..self.records.len();
-        let mut noise = vec![0.0; joints];
-        for joint in group.clone() {
-            let (mut sum, mut count) = (0.0, 0.0f64);
-            for run in runs() {
-                for k in 0..used.min(self.records[run].len()) {
-                    sum += self.input(run, joint, k)[0].powi(2);
-                    count += 1.0;
-                }
-            }
-            noise[joint] = (sum / count.max(1.0)).sqrt().max(1e-9);
-        }
-        let fastest = |run: usize, joint: usize| {
-            let speed = &self.records[run].thetad[self.form.joints[joint].dof];
-            MOVING * speed.iter().fold(0.0f64, |m, v| m.max(v.abs()))
-        };
-        let moving: Vec<Vec<f64>> =
-            runs().map(|run| (0..joints).map(|joint| fastest(run, joint)).collect()).collect();
-        let misfit = |noise: &[f64]| -> f64 {
-            runs()
-                .map(|run| {
-                    let record = &self.records[run];
-                    let settled = (SETTLED / record.scales.step()) as usize;
-                    let counts = |joint: usize, k: usize| {
-                        let speed = record.thetad[self.form.joints[joint].dof][k];
-                        k >= settled && speed.abs() > moving[run][joint]
-                    };
-                    let kalman = Kalman { system: &self.systems[run], group: group.clone(), noise };
-                    kalman.misfit(used, |joint, k| self.input(run, joint, k), counts)
-                })
-                .sum()
-        };
-        // All of them together, then each by itself; a joint whose noise fell far may let that of the others fall.
-        let together = |x: f64| -> Vec<f64> { noise.iter().map(|n| x * n).collect() };
-        let (mut noise, sweeps) = match before {
-            Some(before) if group.len() > 1 && misfit(before) < misfit(&noise) => (before.to_vec(), 1),
-            _ => (together(lowest(HIGHEST, |x| misfit(&together(x)))), SWEEPS),
-        };
-        for _ in 0..if group.len() > 1 { sweeps } else { 0 } {
-            for joint in group.clone() {
-                let mut tried = noise.clone();
-                noise[joint] = lowest(AGAIN * noise[joint], |x| {
-                    tried[joint] = x;
-                    misfit(&tried)
-                });
-            }
-        }
-        noise[group].to_vec()
-    }
-
     // The motions with the smoothed deviation added.
     fn smoothed(&self, noise: &[f64]) -> Vec<Motion> {
         let groups = self.form.groups();
@@ -301,6 +242,26 @@ impl<'a> Pass<'a> {
                 motion
             })
             .collect()
+    }
+
+    // A kernel's velocity is that of a smooth motion; where held torques drive it, the jerk of every hold is less than that
+    // of the whole motion by what the torques step at the samples.
+    //
+    // θ_{k+1} − θ_k = h/2 (θ̇_k + θ̇_{k+1}) − h³/12 θ⃛:   δθ̇ = −h²/12 ∂θ̈/∂τ τ̇
+    fn held(&self, mut motions: Vec<Motion>) -> Vec<Motion> {
+        let joints = &self.form.joints;
+        for ((motion, system), even) in motions.iter_mut().zip(&self.systems).zip(&self.form.runs) {
+            let last = system.len().saturating_sub(1);
+            for (to, joint) in joints.iter().enumerate() {
+                for (k, thetad) in motion.thetad[joint.dof].iter_mut().enumerate() {
+                    let kick = |from: usize| {
+                        system.kick(to, from, k.min(last)) * even.torque_steps[joints[from].torque][k]
+                    };
+                    *thetad -= (0..joints.len()).map(kick).sum::<f64>() / 12.0;
+                }
+            }
+        }
+        motions
     }
 
     // Records whose rows come from filters with frozen gains, and the rows of what was measured.
@@ -331,36 +292,6 @@ impl<'a> Pass<'a> {
         let (records, smooth) = records.into_iter().unzip();
         (records, smooth, measured.concat())
     }
-}
-
-// Samples of all runs that the likelihood of a noise looks at.
-const LIKELIHOOD_SAMPLES: usize = 6000;
-// A sample moves at this share of the top speed; the first seconds are left out.
-const MOVING: f64 = 0.02;
-const SETTLED: f64 = 0.5;
-// Where the search begins, in units of what the model leaves; its grid; its end as a share of its start; times that the
-// joints of one group are searched one by one, and where such a search begins.
-const HIGHEST: f64 = 4.0;
-const RATIO: f64 = 1.5;
-const LOWEST: f64 = 1e-4;
-const SWEEPS: usize = 2;
-const AGAIN: f64 = 2.0;
-
-// The first minimum from `top` downwards, by a parabola in ln x.
-fn lowest(top: f64, mut misfit: impl FnMut(f64) -> f64) -> f64 {
-    let (mut x, mut values) = (top, vec![misfit(top)]);
-    while x > LOWEST * top {
-        x /= RATIO;
-        values.push(misfit(x));
-        let n = values.len();
-        if n >= 3 && values[n - 1] > values[n - 2] {
-            let (a, b, c) = (values[n - 3], values[n - 2], values[n - 1]);
-            let bend = a - 2.0 * b + c;
-            let shift = if bend > 0.0 { (0.5 * (a - c) / bend).clamp(-1.0, 1.0) } else { 0.0 };
-            return x * RATIO * RATIO.powf(-shift);
-        }
-    }
-    x
 }
 
 impl ResidualForm for Innovation {

@@ -221,7 +221,9 @@ mod tests {
         let (read, _) = readings(&system);
         let misfit = |noise: f64| {
             let kalman = Kalman { system: &system, group: 0..1, noise: &[noise] };
-            kalman.misfit(8000, |_, k| [0.0, read[k], 0.0], |_, k| k > 500)
+            let mut sum = 0.0;
+            kalman.misfit(8000, |_, k| [0.0, read[k], 0.0], |_, k, x| sum += if k > 500 { x } else { 0.0 });
+            sum
         };
         let at = misfit(1.0);
         assert!(misfit(0.6) > at + 10.0 && misfit(1.7) > at + 10.0);

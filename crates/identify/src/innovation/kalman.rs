@@ -72,34 +72,31 @@ impl Kalman<'_> {
         gains
     }
 
-    /// −2 log likelihood of those of the first `samples` for which `counts`, about the reference.
+    /// −2 log likelihood of the first `samples` about the reference, told joint by joint and sample by sample.
     pub fn misfit(
         &self,
         samples: usize,
         input: impl Fn(usize, usize) -> Input,
-        counts: impl Fn(usize, usize) -> bool,
-    ) -> f64 {
-        by_size!(self, misfit_of(samples, &input, &counts))
+        mut told: impl FnMut(usize, usize, f64),
+    ) {
+        by_size!(self, misfit_of(samples, &input, &mut told))
     }
 
     fn misfit_of<const D: usize>(
         &self,
         samples: usize,
         input: &impl Fn(usize, usize) -> Input,
-        counts: &impl Fn(usize, usize) -> bool,
-    ) -> f64 {
-        let (mut p, mut x, mut sum) = (self.start::<D>(), [0.0; D], 0.0);
+        told: &mut impl FnMut(usize, usize, f64),
+    ) {
+        let (mut p, mut x) = (self.start::<D>(), [0.0; D]);
         for k in 0..samples.min(self.system.len()) {
             self.correct(k, &mut p, &mut x, input, |joint, z, white| {
-                if counts(joint, k) {
-                    sum += z * z - 2.0 * white.ln();
-                }
+                told(joint, k, z * z - 2.0 * white.ln());
             });
             let step = self.step(k);
             p = step.forward(&p).1;
             x = self.predict(&step, k, &x, input);
         }
-        sum
     }
 
     /// The deviation of every joint of the group in every sample, by all of them: filter forwards, smoother backwards.

@@ -63,6 +63,7 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
     let mut mobility: Vec<Vec<f64>> = Vec::new();
     let mut linear = vec![Vec::with_capacity(record.len()); joints.len()];
     let mut hold_means = linear.iter().map(|_| Vec::with_capacity(record.len())).collect::<Vec<_>>();
+    let mut drags = hold_means.clone();
     for k in 0..record.len() {
         walk.torque(k);
         series.store(&walk.dynamics, &walk.x, &freedom, &walk.out, &walk.actuation);
@@ -77,14 +78,26 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
             let own = mobility.last().map_or(0.0, |m| m[joint * joints.len() + joint]);
             linear[joint].push(dual.linear(i, imposed[i], own));
             hold_means[joint].push(dual.hold_mean(i, walk.out.qdd[i], record.scales.step()));
+            drags[joint].push(dual.out.tau_m[i].derivative[LINK[1]]);
         }
         if k + 1 < record.len() {
             walk.step(k);
         }
     }
     let predicted = series.logged(&walk.dynamics, record.scales.step()).channels;
+    for ((means, drags), link) in hold_means.iter_mut().zip(&drags).zip(&links) {
+        link.iter().for_each(|link| add_drags(means, drags, link, record.scales.step()));
+    }
     let links = Links { motion: links };
     Along { predicted, linear, links, hold_means, mobility }
+}
+
+// h²/24 τ̈_m of a damper whose motor's velocity is the mean of the hold, its link's that in the middle:
+// h²/24 ∂τ_m/∂q̇ q⃛,   q⃛_k = (q̈_{k+1} − q̈_{k−1})/2h
+fn add_drags(means: &mut [f64], drags: &[f64], link: &[[f64; 3]], h: f64) {
+    for k in 1..link.len().saturating_sub(1) {
+        means[k] += h / 48.0 * drags[k] * (link[k + 1][2] - link[k - 1][2]);
+    }
 }
 
 struct Dual<'a> {

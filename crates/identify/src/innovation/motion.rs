@@ -18,6 +18,8 @@ pub(super) struct Even {
     pub time: Vec<f64>,
     /// Torque held after each sample, by channel; empty for other channels.
     pub torque: Vec<Vec<f64>>,
+    /// By how much it changes from hold to hold at each sample, smoothed.
+    pub torque_steps: Vec<Vec<f64>>,
     /// Motor position as read, by degree of freedom.
     pub theta: Vec<Vec<f64>>,
     /// Link position as read, by channel; empty for other channels.
@@ -66,6 +68,7 @@ impl Even {
             name: run.name.clone(),
             scales: own,
             torque: vec![Vec::new(); sensors.channels.len()],
+            torque_steps: vec![Vec::new(); sensors.channels.len()],
             link: vec![Vec::new(); sensors.channels.len()],
             theta: vec![still.clone(); nv],
             noise: Vec::new(),
@@ -97,6 +100,10 @@ impl Even {
                 even.link[c] = reach(&x);
             } else {
                 even.torque[c] = reach(&x);
+                // A hold's torque is that of its middle: the rate at a sample is the mean of the holds that meet there.
+                let rate = smoother.rate(&x);
+                let step = |k: usize| 0.5 * own.period * (rate[k] + rate[k.saturating_sub(1)]);
+                even.torque_steps[c] = (0..rate.len()).map(step).collect();
             }
         }
         (even, motion)

@@ -205,6 +205,14 @@ impl System {
         self.joints.iter().map(|j| j.steps.len()).min().unwrap_or(0)
     }
 
+    /// By how much the motor of one joint is faster after a hold with one more N·m on that of another.
+    pub fn kick(&self, to: usize, from: usize, k: usize) -> f64 {
+        let own = if to == from { self.joints[to].steps[k].motor[1] } else { 0.0 };
+        let is_rigid = self.joints[to].encoders.shown == 0;
+        let coupling = self.coupling.get(k).filter(|_| is_rigid).map(|&c| &self.couplings[c]);
+        own + coupling.map_or(0.0, |c| c.motor[to * self.joints.len() + from][1])
+    }
+
     /// `next` = Φ x̃ + g δτ + g_ℓ δτ_ℓ of some of the joints, coupled among themselves.
     #[inline(always)]
     pub fn advance<const W: usize>(

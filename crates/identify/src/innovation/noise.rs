@@ -1,0 +1,186 @@
+//! How large the torque noise of every joint is.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::Pass;
+use super::kalman::Kalman;
+
+impl Pass<'_> {
+    /// Torque noise of every joint by maximum likelihood on samples that move, one after the other: each is searched
+    /// from above with the others as they are; `before`: what the last pass found.
+    pub(super) fn torque_noise(&self, before: Option<&[f64]>) -> Vec<f64> {
+        let groups = self.form.groups();
+        let found: Vec<Vec<f64>> = groups.into_par_iter().map(|group| self.noise_of(group, before)).collect();
+        found.concat()
+    }
+
+    fn noise_of(&self, group: Range<usize>, before: Option<&[f64]>) -> Vec<f64> {
+        let joints = self.form.joints.len();
+        let used = LIKELIHOOD_SAMPLES / self.records.len();
+        let runs = || 0..self.records.len();
+        let mut noise = vec![0.0; joints];
+        for joint in group.clone() {
+            let (mut sum, mut count) = (0.0, 0.0f64);
+            for run in runs() {
+                for k in 0..used.min(self.records[run].len()) {
+                    sum += self.input(run, joint, k)[0].powi(2);
+                    count += 1.0;
+                }
+            }
+            noise[joint] = (sum / count.max(1.0)).sqrt().max(1e-9);
+        }
+        let fastest = |run: usize, joint: usize| {
+            let speed = &self.records[run].thetad[self.form.joints[joint].dof];
+            MOVING * speed.iter().fold(0.0f64, |m, v| m.max(v.abs()))
+        };
+        let moving: Vec<Vec<f64>> =
+            runs().map(|run| (0..joints).map(|joint| fastest(run, joint)).collect()).collect();
+        let blocks = |noise: &[f64]| -> Vec<Blocks> {
+            let mut blocks = vec![Blocks::default(); joints];
+            for run in runs() {
+                let record = &self.records[run];
+                let step = record.scales.step();
+                let settled = (SETTLED / step) as usize;
+                let of_block = ((NOISE_BLOCK / step) as usize).max(1);
+                blocks.iter_mut().for_each(Blocks::begin);
+                let kalman = Kalman { system: &self.systems[run], group: group.clone(), noise };
+                let input = |joint, k| self.input(run, joint, k);
+                kalman.misfit(used, input, |joint, k, value| {
+                    let speed = record.thetad[self.form.joints[joint].dof][k];
+                    if k >= settled && speed.abs() > moving[run][joint] {
+                        blocks[joint].add(k / of_block, value);
+                    }
+                });
+            }
+            blocks
+        };
+        let misfit = |noise: &[f64]| -> f64 { blocks(noise).iter().map(Blocks::sum).sum() };
+        // All of them together, then each by itself; a joint whose noise fell far may let that of the others fall.
+        let together = |x: f64| -> Vec<f64> { noise.iter().map(|n| x * n).collect() };
+        let (mut noise, sweeps) = match before {
+            Some(before) if group.len() > 1 && misfit(before) < misfit(&noise) => (before.to_vec(), 1),
+            _ => (together(lowest(HIGHEST, |x| misfit(&together(x)))), SWEEPS),
+        };
+        for _ in 0..if group.len() > 1 { sweeps } else { 0 } {
+            for joint in group.clone() {
+                let mut tried = noise.clone();
+                noise[joint] = lowest(AGAIN * noise[joint], |x| {
+                    tried[joint] = x;
+                    misfit(&tried)
+                });
+            }
+        }
+        // Where the model is wrong now and then, all samples together make too much of it.
+        for joint in group.clone() {
+            let mut tried = noise.clone();
+            let typical = lowest(RATIO * noise[joint], |x| {
+                tried[joint] = x;
+                blocks(&tried)[joint].typical()
+            });
+            if typical < CLEARLY_LESS * noise[joint] {
+                noise[joint] = typical;
+            }
+        }
+        noise[group].to_vec()
+    }
+}
+
+// A sum by blocks of time.
+#[derive(Debug, Clone, Default)]
+struct Blocks {
+    // Sum and count of each.
+    sums: Vec<(f64, f64)>,
+    first: usize,
+}
+
+impl Blocks {
+    // Another run begins.
+    fn begin(&mut self) {
+        self.first = self.sums.len();
+    }
+
+    fn add(&mut self, block: usize, value: f64) {
+        let block = self.first + block;
+        if block >= self.sums.len() {
+            self.sums.resize(block + 1, (0.0, 0.0));
+        }
+        self.sums[block].0 += value;
+        self.sums[block].1 += 1.0;
+    }
+
+    fn sum(&self) -> f64 {
+        self.sums.iter().map(|(sum, _)| sum).sum()
+    }
+
+    // What the sum would be if all were like the median block.
+    fn typical(&self) -> f64 {
+        let mut means: Vec<[f64; 2]> =
+            self.sums.iter().filter(|(_, n)| *n > 0.0).map(|(sum, n)| [sum / n, *n]).collect();
+        means.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let count: f64 = means.iter().map(|[_, n]| n).sum();
+        let mut before = 0.0;
+        for [mean, n] in means {
+            before += n;
+            if before >= 0.5 * count {
+                return count * mean;
+            }
+        }
+        0.0
+    }
+}
+
+// Share of the noise of all samples below which that of a typical block is no chance.
+const CLEARLY_LESS: f64 = 0.8;
+// Seconds of a block in which a noise is looked at.
+const NOISE_BLOCK: f64 = 0.25;
+// Samples of all runs that the likelihood of a noise looks at.
+const LIKELIHOOD_SAMPLES: usize = 6000;
+// A sample moves at this share of the top speed; the first seconds are left out.
+const MOVING: f64 = 0.02;
+const SETTLED: f64 = 0.5;
+// Where the search begins, in units of what the model leaves; its grid; its end as a share of its start; times that the
+// joints of one group are searched one by one, and where such a search begins.
+const HIGHEST: f64 = 4.0;
+const RATIO: f64 = 1.5;
+const LOWEST: f64 = 1e-4;
+const SWEEPS: usize = 2;
+const AGAIN: f64 = 2.0;
+
+// The first minimum from `top` downwards, by a parabola in ln x.
+fn lowest(top: f64, mut misfit: impl FnMut(f64) -> f64) -> f64 {
+    let (mut x, mut values) = (top, vec![misfit(top)]);
+    while x > LOWEST * top {
+        x /= RATIO;
+        values.push(misfit(x));
+        let n = values.len();
+        if n >= 3 && values[n - 1] > values[n - 2] {
+            let (a, b, c) = (values[n - 3], values[n - 2], values[n - 1]);
+            let bend = a - 2.0 * b + c;
+            let shift = if bend > 0.0 { (0.5 * (a - c) / bend).clamp(-1.0, 1.0) } else { 0.0 };
+            return x * RATIO * RATIO.powf(-shift);
+        }
+    }
+    x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // −2 ln L of a block of variance v under a noise x:  ln x² + v/x²,  least at x = √v.
+    #[test]
+    fn a_block_that_the_model_misses_does_not_set_the_noise() {
+        let of = |typical: bool| {
+            lowest(40.0, |x| {
+                let mut blocks = Blocks::default();
+                for (k, variance) in [4.0, 3.8, 900.0, 4.2, 4.1].into_iter().enumerate() {
+                    blocks.add(k, (x * x).ln() + variance / (x * x));
+                }
+                if typical { blocks.typical() } else { blocks.sum() }
+            })
+        };
+        assert!((of(true) / 2.02 - 1.0).abs() < 0.05 && of(false) > 10.0, "{} {}", of(true), of(false));
+    }
+}

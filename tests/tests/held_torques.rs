@@ -1,0 +1,31 @@
+//! Torques that are held from sample to sample, seen at the rate of the log.
+
+use sinew_effects::CATALOGUE;
+use sinew_identify::{Options, fit};
+use sinew_tests::{Conditions, measure, null_case, one_joint};
+
+// (ωh)²/24 of 16 Hz in holds of 1 ms is 4e-4: what a spring is off by if the middle of a hold is taken for its mean, or if a
+// smooth motion is taken for one that steps from hold to hold.
+const A_HOLD: f64 = 4e-4;
+
+#[test]
+fn a_spring_near_its_resonance_is_not_bent_by_the_holds() {
+    let mut arm = one_joint();
+    arm.torque_noise = vec![0.02];
+    arm.robot.effects.retain(|e| e.kind != "coulomb_friction");
+    for seed in [300_000, 300_001] {
+        let case = null_case(&arm, Conditions::FULL, seed);
+        let runs = measure(&arm, &case).unwrap();
+        let fitted = fit(&case.model, &CATALOGUE, &runs, &[], &[], &Options::default()).unwrap();
+        let off = |key: &str, truth: f64| {
+            let name = format!("joint_1.{key}");
+            let found = fitted.parameters.iter().find(|p| p.name == name).map_or(f64::NAN, |p| p.value);
+            println!("{name}: {found} of {truth}");
+            (found / truth - 1.0).abs()
+        };
+        let truth = &case.truth.joints[0];
+        assert!(off("stiffness", truth.stiffness.unwrap()) < 0.25 * A_HOLD);
+        assert!(off("damping", truth.damping) < 0.5 * A_HOLD);
+        assert!(off("inertia", truth.rotor_inertia) < 0.5 * A_HOLD);
+    }
+}
