@@ -110,6 +110,6 @@ mod tests {
         assert_eq!(share_left(0.75, Some([8.0, 2.0]), left(1.0, 1.0)), 0.0);
         assert_eq!(share_left(0.75, None, left(3.0, 1.0)), 0.25);
         // The same rows under a noise that was taken for larger.
-        assert_eq!(share_left(0.75, Some([8.0, 4.0]), left(0.6, 0.1)), 0.25);
+        assert_eq!(share_left(0.75, Some([8.0, 4.0]), left(0.75, 0.125)), 0.25);
     }
 }
