@@ -189,8 +189,9 @@ fn recorded(
                 options.quantities.push(Quantity::JointPosition);
             }
             let temperature: Vec<f64> = options.times.iter().map(|t| temperature(k, t / duration)).collect();
-            let joints = truth.joints().iter();
-            joints.for_each(|&dof| options.temperature[dof] = Some(temperature.clone()));
+            for &dof in truth.joints() {
+                options.temperature[dof] = Some(temperature.clone());
+            }
             options.noise = noise.clone();
             options.seed = case.seed * 2 + k as u64;
             options.tolerance = Tolerance { relative: 1e-8, absolute: 1e-10 };

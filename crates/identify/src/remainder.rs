@@ -44,18 +44,18 @@ pub(crate) fn left_of_channels(layout: &Layout, white: &[f64]) -> Vec<Left> {
 }
 
 // Rows from which a second counts.
-const FEWEST_ROWS: usize = 20;
+const FEWEST_ROWS: f64 = 20.0;
 
 // The lower quartile of the mean squares of a channel's seconds.
 fn quiet(layout: &Layout, c: usize, white: &[f64]) -> Option<f64> {
-    let mut seconds = vec![(0.0, 0); layout.blocks];
+    let mut seconds = vec![(0.0, 0.0); layout.blocks];
     for k in rows_of(layout, c) {
         let (sum, count) = &mut seconds[layout.block[k]];
         *sum += white[k] * white[k];
-        *count += 1;
+        *count += 1.0;
     }
     let counted = seconds.into_iter().filter(|(_, count)| *count >= FEWEST_ROWS);
-    let mut squares: Vec<f64> = counted.map(|(sum, count)| sum / f64::from(count as u32)).collect();
+    let mut squares: Vec<f64> = counted.map(|(sum, count)| sum / count).collect();
     squares.sort_by(f64::total_cmp);
     squares.get(squares.len() / 4).copied()
 }

@@ -371,9 +371,11 @@ impl Offer<'_> {
 
     // An effect that depends on the temperature of its joint, stated about the mean of it.
     fn at_its_mean(&self, card: &Card, dof: Option<usize>, spec: EffectSpec) -> EffectSpec {
-        let mean = dof.and_then(|d| self.warmth(d));
-        card.requires.iter().fold(spec, |spec, requirement| match (requirement, mean) {
-            (Requirement::Temperature { mean: key }, Some(mean)) => spec.with(key, mean),
+        card.requires.iter().fold(spec, |spec, requirement| match requirement {
+            Requirement::Temperature { mean } => match dof.and_then(|d| self.warmth(d)) {
+                Some(warmth) => spec.with(mean, warmth),
+                None => spec,
+            },
             _ => spec,
         })
     }

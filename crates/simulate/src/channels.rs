@@ -58,6 +58,7 @@ impl Channel {
                 Quantity::JointPosition => state.q[dof],
                 Quantity::JointVelocity => state.qd[dof],
                 Quantity::JointTorque => equations.rates.tau_j[dof],
+                Quantity::Temperature => equations.state.temperature[dof].unwrap_or_default(),
                 _ => command[dof],
             };
             let reading = self.gain * truth + self.offset;

@@ -1,6 +1,6 @@
 //! A run of a plant, as its sensors would log it.
 
-use sinew_data::{Quantity, Run, Signal};
+use sinew_data::{Quantity, Run};
 use sinew_plant::Plant;
 
 use crate::channels::Channel;
@@ -174,6 +174,12 @@ impl<'a> Bench<'a> {
                 channels.push(Channel::new(&equations, quantity, dof, &options.noise, options.seed));
             }
         }
+        let told = (0..model.nv).filter(|&dof| options.temperature[dof].is_some());
+        channels.extend(
+            told.map(|dof| {
+                Channel::new(&equations, Quantity::Temperature, dof, &options.noise, options.seed)
+            }),
+        );
         Self {
             solver: Solver::new(options.method, options.tolerance),
             holds: Holds::new(equations.actuation.iter().map(|a| a.delay.max(0.0)).collect()),
@@ -257,25 +263,11 @@ impl<'a> Bench<'a> {
     }
 
     fn finish(self) -> Result<Simulated, SimulateError> {
-        let mut signals = temperatures(self.equations.dynamics.plant(), self.options);
-        signals.splice(0..0, self.channels.into_iter().map(Channel::into_signal));
+        let signals = self.channels.into_iter().map(Channel::into_signal).collect();
         let run = Run::new("simulated".to_owned(), self.options.times.clone(), signals)?;
         let audit = EnergyAudit::of(&self.energy, &self.supplied);
         Ok(Simulated { run, energy: self.energy, audit, work: self.work })
     }
-}
-
-// The temperatures that were told, as their sensors show them.
-fn temperatures(plant: &Plant, options: &Options) -> Vec<Signal> {
-    let told = options.temperature.iter().enumerate().filter_map(|(dof, told)| Some((dof, told.as_ref()?)));
-    let of = |(dof, values): (usize, &Vec<f64>)| {
-        let joint = plant.model().dof_name(dof);
-        let noise = options.noise.channel(options.seed, Quantity::Temperature, joint);
-        let (std, resolution) = noise.stated();
-        let shown = values.iter().enumerate().map(|(k, &value)| noise.read(value, k)).collect();
-        Signal { std, resolution, ..Signal::new(Quantity::Temperature, joint.to_owned(), shown) }
-    };
-    told.map(of).collect()
 }
 
 fn check(options: &Options) -> Result<(), SimulateError> {

@@ -86,7 +86,9 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
     }
     let predicted = series.logged(&walk.dynamics, record.scales.step()).channels;
     for ((means, drags), link) in hold_means.iter_mut().zip(&drags).zip(&links) {
-        link.iter().for_each(|link| add_drags(means, drags, link, record.scales.step()));
+        if let Some(link) = link {
+            add_drags(means, drags, link, record.scales.step());
+        }
     }
     let links = Links { motion: links };
     Along { predicted, linear, links, hold_means, mobility }
