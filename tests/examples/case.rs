@@ -2,35 +2,19 @@
 //!
 //! ```text
 //! cargo run --release -p sinew-tests --example case -- 1|2|6 EFFECT[+EFFECT]|CAUSE|nothing SEED [full|motor [fine|coarse [SIZE [imposed|innovation]]]]
+//! cargo run --release -p sinew-tests --example case -- drawn SEED [EFFECT] [imposed|innovation]
 //! ```
 
 use sinew_identify::{Options, Residual};
-use sinew_tests::{Arm, Case, Conditions, foreign_causes, hidden_effects, judge, null_case};
+use sinew_tests::{Arm, Case, Conditions, drawn_case, foreign_causes, hidden_effects, judge, null_case};
+
+const USAGE: &str = "usage: case 1|2|6 EFFECT[+EFFECT]|CAUSE|nothing SEED [full|motor [fine|coarse [SIZE [imposed|innovation]]]]
+       case drawn SEED [EFFECT] [imposed|innovation]";
 
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
-    let word = |k: usize, default: &'static str| args.get(k).cloned().unwrap_or(default.to_owned());
-    let (Some(arm), Some(conditions), 3..) = (
-        args.first().and_then(|a| Arm::of_joints(a.parse().ok()?)),
-        Conditions::named(&word(3, "full"), &word(4, "fine")),
-        args.len(),
-    ) else {
-        return eprintln!(
-            "usage: case 1|2|6 EFFECT[+EFFECT]|CAUSE|nothing SEED [full|motor [fine|coarse [SIZE [imposed|innovation]]]]"
-        );
-    };
-    let Ok(seed) = args[2].parse::<u64>() else { return eprintln!("SEED: a whole number") };
-    let size = args.get(5).and_then(|a| a.parse().ok()).unwrap_or(1.0);
-    let dof = seed as usize % arm.robot.model.nv;
-    let all = hidden_effects(&arm, dof, size);
-    // One effect, several joined by +, a cause from outside the catalogue, or nothing.
-    let hidden: Vec<_> = args[1].split('+').filter_map(|e| all.iter().find(|h| h.effect == e)).collect();
-    let case = match foreign_causes(&arm, dof, size).iter().find(|f| f.name == args[1]) {
-        Some(cause) => Case::foreign(&arm, cause, dof, conditions, seed),
-        None if hidden.is_empty() => null_case(&arm, conditions, 100_000 + seed),
-        None => Case::new(&arm, &hidden, conditions, seed),
-    };
-    let residual = std::env::args().find_map(|a| match a.as_str() {
+    let Some((arm, case)) = asked(&args) else { return eprintln!("{USAGE}") };
+    let residual = args.iter().find_map(|a| match a.as_str() {
         "imposed" => Some(Residual::Imposed),
         "innovation" => Some(Residual::Innovation),
         _ => None,
@@ -40,7 +24,7 @@ fn main() {
         Ok((_, diagnosis)) => diagnosis,
         Err(error) => return eprintln!("{error}"),
     };
-    println!("{:?} → {}\n{}", case.hidden, d.verdict, d.scope);
+    println!("{:?} {:?} → {}\n{}", case.hidden, case.conditions, d.verdict, d.scope);
     for c in &d.candidates {
         println!(
             "{}@{} P {:.2} z {:.1} expl {:.2} {:?}",
@@ -67,4 +51,26 @@ fn main() {
     for r in &d.refusals {
         println!("refused {} step {}: {}", r.candidate, r.step, r.reason);
     }
+}
+
+fn asked(args: &[String]) -> Option<(Arm, Case)> {
+    if args.first()? == "drawn" {
+        let effect = args.get(2).map(String::as_str).filter(|a| !["imposed", "innovation"].contains(a));
+        return Some(drawn_case(args.get(1)?.parse().ok()?, 1.0, effect));
+    }
+    let word = |k: usize, default: &'static str| args.get(k).cloned().unwrap_or(default.to_owned());
+    let arm = Arm::of_joints(args.first()?.parse().ok()?)?;
+    let conditions = Conditions::named(&word(3, "full"), &word(4, "fine"))?;
+    let seed: u64 = args.get(2)?.parse().ok()?;
+    let size = args.get(5).and_then(|a| a.parse().ok()).unwrap_or(1.0);
+    let dof = seed as usize % arm.robot.model.nv;
+    let all = hidden_effects(&arm, dof, size);
+    // One effect, several joined by +, a cause from outside the catalogue, or nothing.
+    let hidden: Vec<_> = args[1].split('+').filter_map(|e| all.iter().find(|h| h.effect == e)).collect();
+    let case = match foreign_causes(&arm, dof, size).iter().find(|f| f.name == args[1]) {
+        Some(cause) => Case::foreign(&arm, cause, dof, conditions, seed),
+        None if hidden.is_empty() => null_case(&arm, conditions, 100_000 + seed),
+        None => Case::new(&arm, &hidden, conditions, seed),
+    };
+    Some((arm, case))
 }

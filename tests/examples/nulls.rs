@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! cargo run --release -p sinew-tests --example nulls -- JOINTS SENSORS ENCODER FIRST..END [imposed|innovation]
+//! cargo run --release -p sinew-tests --example nulls -- drawn FIRST..END [imposed|innovation]
 //! ```
 
 use rayon::prelude::*;
@@ -13,27 +14,40 @@ fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
     if asked(&args).is_none() {
         eprintln!("usage: nulls 1|2|6 full|motor fine|coarse FIRST..END [imposed|innovation]");
+        eprintln!("       nulls drawn FIRST..END [imposed|innovation]");
     }
 }
 
 fn asked(args: &[String]) -> Option<()> {
-    let arm = Arm::of_joints(args.first()?.parse().ok()?)?;
-    let conditions = Conditions::named(args.get(1)?, args.get(2)?)?;
-    let (first, end) = args.get(3)?.split_once("..")?;
-    let residual = match args.get(4).map(String::as_str) {
-        Some("imposed") => Some(Residual::Imposed),
-        Some("innovation") => Some(Residual::Innovation),
-        _ => None,
+    let drawn = args.first()? == "drawn";
+    let seeds = args.get(if drawn { 1 } else { 3 })?;
+    let (first, end) = seeds.split_once("..")?;
+    let own = if drawn {
+        None
+    } else {
+        let arm = Arm::of_joints(args.first()?.parse().ok()?)?;
+        Some((arm, Conditions::named(args.get(1)?, args.get(2)?)?))
     };
+    let residual = args.iter().find_map(|a| match a.as_str() {
+        "imposed" => Some(Residual::Imposed),
+        "innovation" => Some(Residual::Innovation),
+        _ => None,
+    });
     let options = Options { residual, ..Options::default() };
     let seeds: Vec<u64> = (first.parse().ok()?..end.parse().ok()?).collect();
     let cases: Vec<NullCase> = seeds
         .par_iter()
-        .filter_map(|seed| match null_statistics(&arm, conditions, 200_000 + seed, &options) {
-            Ok(case) => Some(case),
-            Err(error) => {
-                eprintln!("seed {seed}: {error}");
-                None
+        .filter_map(|seed| {
+            let told = match &own {
+                Some((arm, conditions)) => null_statistics(arm, *conditions, 200_000 + seed, &options),
+                None => null_statistics(&Arm::drawn(*seed), Conditions::drawn(*seed), *seed, &options),
+            };
+            match told {
+                Ok(case) => Some(case),
+                Err(error) => {
+                    eprintln!("seed {seed}: {error}");
+                    None
+                }
             }
         })
         .collect();

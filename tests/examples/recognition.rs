@@ -1,13 +1,15 @@
-//! Prints the recognition tables: effects hidden in turn, in pairs, causes from outside the catalogue, and nothing.
+//! Prints the recognition tables: effects hidden in turn, in pairs, causes from outside the catalogue, nothing, and all of
+//! them in arms and conditions by chance.
 //!
 //! ```text
-//! cargo run --release -p sinew-tests --example recognition -- effects|pairs|foreign|nothing [KEY=VALUE…]
+//! cargo run --release -p sinew-tests --example recognition -- effects|pairs|foreign|nothing|drawn [KEY=VALUE…]
 //!     seeds=FIRST..END   arms=1,2,6   sensors=full,motor   encoders=fine,coarse   sizes=1,0.3   only=EFFECT
 //!     into=docs/recognition.md   as=NAME      the tables go between <!-- NAME --> and <!-- /NAME --> of that page
 //! ```
 
 use std::fmt::Write;
 use std::ops::Range;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -15,7 +17,8 @@ use sinew_effects::CATALOGUE;
 use sinew_identify::{Options, Verdict};
 use sinew_simulate::Stream;
 use sinew_tests::{
-    Arm, Case, Conditions, Hidden, Outcome, confusion, foreign_causes, hidden_effects, judge, null_case,
+    Arm, Case, Conditions, Hidden, Outcome, confusion, drawn_case, foreign_causes, hidden_effects, judge,
+    null_case,
 };
 
 type Failure = Box<dyn std::error::Error>;
@@ -27,7 +30,7 @@ fn main() -> Result<(), Failure> {
     let (Some((name, draw, print)), Some(population)) =
         (part, Population::asked(args.get(1..).unwrap_or(&[])))
     else {
-        return Err("usage: recognition effects|pairs|foreign|nothing [seeds=0..3] [arms=1,2,6] [sensors=full,motor] [encoders=fine,coarse] [sizes=1] [only=EFFECT] [into=PAGE [as=NAME]]".into());
+        return Err("usage: recognition effects|pairs|foreign|nothing|drawn [seeds=0..3] [arms=1,2,6] [sensors=full,motor] [encoders=fine,coarse] [sizes=1] [only=EFFECT] [into=PAGE [as=NAME]]".into());
     };
     let tables = population.tables(&args, *draw, *print);
     println!("{tables}");
@@ -37,21 +40,22 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
-type Draw = fn(&Population, &Arm, Conditions) -> Vec<Case>;
+type Draw = fn(&Population) -> Vec<Asked>;
 type Print = fn(&[Judged]) -> String;
 
 /// The parts of the suite: their cases, and what is printed of them.
-const PARTS: [(&str, Draw, Print); 4] = [
-    ("effects", single, strata),
-    ("pairs", pairs, both),
-    ("foreign", foreign, names),
-    ("nothing", nothing, alarms),
+const PARTS: [(&str, Draw, Print); 5] = [
+    ("effects", |p| p.combined(single), strata),
+    ("pairs", |p| p.combined(pairs), both),
+    ("foreign", |p| p.combined(foreign), names),
+    ("nothing", |p| p.combined(nothing), alarms),
+    ("drawn", drawn, strata),
 ];
 
 // What is drawn: every combination of these.
 struct Population {
     seeds: Range<u64>,
-    arms: Vec<Arm>,
+    arms: Vec<Arc<Arm>>,
     conditions: Vec<(String, Conditions)>,
     sizes: Vec<f64>,
     only: Option<String>,
@@ -59,11 +63,18 @@ struct Population {
     name: Option<String>,
 }
 
+// A case with its arm, and the rows of a table in which it counts.
+struct Asked {
+    arm: Arc<Arm>,
+    case: Case,
+    groups: Vec<String>,
+}
+
 // A case with its answer.
 struct Judged {
     case: Case,
     outcome: Outcome,
-    group: String,
+    groups: Vec<String>,
 }
 
 impl Population {
@@ -76,8 +87,10 @@ impl Population {
             return None;
         }
         let (first, end) = word("seeds").unwrap_or("0..3").split_once("..")?;
-        let arms =
-            words("arms", "1,2").iter().map(|n| Arm::of_joints(n.parse().ok()?)).collect::<Option<_>>()?;
+        let arms = words("arms", "1,2")
+            .iter()
+            .map(|n| Arm::of_joints(n.parse().ok()?).map(Arc::new))
+            .collect::<Option<_>>()?;
         let mut conditions = Vec::new();
         for sensors in words("sensors", "full") {
             for encoder in words("encoders", "fine") {
@@ -97,16 +110,8 @@ impl Population {
 
     // Judges all and prints them; a line for each case goes to standard error as it ends.
     fn tables(&self, args: &[String], draw: Draw, print: Print) -> String {
-        let mut judged = Vec::new();
-        for arm in &self.arms {
-            for (conditions, sensors) in &self.conditions {
-                let group = format!("{}, {conditions}", arm.robot.model.name.replace('_', " "));
-                let cases = draw(self, arm, *sensors);
-                let outcomes: Vec<Outcome> = cases.par_iter().map(|case| ask(arm, case)).collect();
-                let pairs = cases.into_iter().zip(outcomes);
-                judged.extend(pairs.map(|(case, outcome)| Judged { case, outcome, group: group.clone() }));
-            }
-        }
+        let judge = |Asked { arm, case, groups }: Asked| Judged { outcome: ask(&arm, &case), case, groups };
+        let judged: Vec<Judged> = draw(self).into_par_iter().map(judge).collect();
         let asked: Vec<&str> = args
             .iter()
             .map(String::as_str)
@@ -115,6 +120,19 @@ impl Population {
         let mut text = format!("`recognition -- {}`\n\n", asked.join(" "));
         text += &print(&judged);
         text
+    }
+
+    // The cases of every arm in every condition.
+    fn combined(&self, draw: fn(&Self, &Arm, Conditions) -> Vec<Case>) -> Vec<Asked> {
+        let mut all = Vec::new();
+        for arm in &self.arms {
+            for (conditions, sensors) in &self.conditions {
+                let group = format!("{}, {conditions}", arm.robot.model.name.replace('_', " "));
+                let of = |case| Asked { arm: Arc::clone(arm), case, groups: vec![group.clone()] };
+                all.extend(draw(self, arm, *sensors).into_iter().map(of));
+            }
+        }
+        all
     }
 
     // The effects that this part may hide.
@@ -187,6 +205,17 @@ fn nothing(population: &Population, arm: &Arm, conditions: Conditions) -> Vec<Ca
     population.seeds.clone().map(|seed| null_case(arm, conditions, 100_000 + seed)).collect()
 }
 
+// Arms and conditions by chance, a case for each seed and size.
+fn drawn(population: &Population) -> Vec<Asked> {
+    let of = |(seed, size): (u64, f64)| {
+        let (arm, case) = drawn_case(seed, size, population.only.as_deref());
+        let mut groups = vec![arm.robot.model.name.replace('_', " ")];
+        groups.extend(case.conditions.factors());
+        Asked { arm: Arc::new(arm), case, groups }
+    };
+    population.seeds.clone().flat_map(|s| population.sizes.iter().map(move |&z| (s, z))).map(of).collect()
+}
+
 // A case that fails is a miss.
 fn ask(arm: &Arm, case: &Case) -> Outcome {
     let outcome = judge(arm, case, &Options::default()).map(|(outcome, _)| outcome).unwrap_or_else(|error| {
@@ -202,9 +231,10 @@ fn ask(arm: &Arm, case: &Case) -> Outcome {
     });
     let mark = if case.is_right(&outcome) { ' ' } else { '!' };
     eprintln!(
-        "{mark} {} seed {} {:?} rho {:.2} → {} {:?} {:?}",
+        "{mark} {} seed {} {:?} {:?} rho {:.2} → {} {:?} {:?}",
         arm.robot.model.name,
         case.seed,
+        case.conditions.factors(),
         case.hidden,
         outcome.contribution,
         outcome.verdict,
@@ -217,10 +247,10 @@ fn ask(arm: &Arm, case: &Case) -> Outcome {
 // Groups in the order in which they were drawn.
 fn groups(judged: &[Judged]) -> Vec<(&str, Vec<&Judged>)> {
     let mut groups: Vec<(&str, Vec<&Judged>)> = Vec::new();
-    for j in judged {
-        match groups.iter_mut().find(|(name, _)| *name == j.group) {
+    for (j, group) in judged.iter().flat_map(|j| j.groups.iter().map(move |g| (j, g))) {
+        match groups.iter_mut().find(|(name, _)| name == group) {
             Some((_, rows)) => rows.push(j),
-            None => groups.push((&j.group, vec![j])),
+            None => groups.push((group, vec![j])),
         }
     }
     groups

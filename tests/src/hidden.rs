@@ -133,9 +133,8 @@ fn added_to_robot(arm: &Arm, dof: usize, size: f64) -> Vec<Hidden> {
         dof,
         how: How::Added(spec),
     };
-    let payload = if arm.robot.model.nv > 2 { 1.0 } else { 1.5 };
-    let mut list =
-        vec![with("payload", EffectSpec::new("payload", Place::Robot).with("mass", size * payload))];
+    let payload = EffectSpec::new("payload", Place::Robot).with("mass", size * arm.payload);
+    let mut list = vec![with("payload", payload)];
     if arm.robot.model.nv > 1 {
         let tilt =
             EffectSpec::new("base_tilt", Place::Robot).with("about_x", 0.0).with("about_y", size * 0.06);

@@ -1,6 +1,7 @@
 //! Robots, motions and hidden effects: the recognition suite, shared by the gate's tests and by the command that
 //! prints its table.
 
+mod drawn;
 mod foreign;
 mod hidden;
 mod nulls;
@@ -9,8 +10,11 @@ mod readme;
 mod robots;
 mod suite;
 
+pub use drawn::drawn_case;
 pub use foreign::{Edit, Foreign, Way, foreign_catalogue, foreign_causes};
 pub use hidden::{Hidden, hidden_effects};
 pub use nulls::{Estimate, NullCase, null_statistics};
 pub use robots::{Arm, one_joint, six_joints, two_joints};
-pub use suite::{Case, Conditions, Outcome, Outside, confusion, judge, measure, measure_for, null_case};
+pub use suite::{
+    Case, Conditions, Data, Outcome, Outside, confusion, judge, measure, measure_for, null_case,
+};

@@ -13,6 +13,8 @@ pub struct Arm {
     pub torque: Vec<f64>,
     /// Standard deviation of a torque sample of each joint, N·m.
     pub torque_noise: Vec<f64>,
+    /// A plain payload, kg.
+    pub payload: f64,
     /// Reach of the motion from the centre, rad, and top speed, rad/s.
     pub amplitude: f64,
     /// Top speed, rad/s.
@@ -50,7 +52,7 @@ pub fn one_joint() -> Arm {
     let model = builder.build().expect("one link is a tree");
     let joints = vec![spring(8000.0, 8.0, 1.2)];
     let robot = Robot { joints, effects: friction(&model, &[4.0], &[6.0]), ..Robot::rigid(model) };
-    Arm { robot, torque: vec![6.0], torque_noise: vec![0.5], amplitude: 0.9, speed: 2.0 }
+    Arm { robot, torque: vec![6.0], torque_noise: vec![0.5], payload: 1.5, amplitude: 0.9, speed: 2.0 }
 }
 
 /// Two joints in a vertical plane, links of half a metre.
@@ -73,7 +75,14 @@ pub fn two_joints() -> Arm {
     let model = builder.build().expect("two links are a tree");
     let joints = vec![spring(9000.0, 10.0, 1.5), spring(2500.0, 2.5, 0.4)];
     let robot = Robot { joints, effects: friction(&model, &[5.0, 1.6], &[7.0, 2.5]), ..Robot::rigid(model) };
-    Arm { robot, torque: vec![7.0, 2.5], torque_noise: vec![0.5, 0.5], amplitude: 0.8, speed: 1.8 }
+    Arm {
+        robot,
+        torque: vec![7.0, 2.5],
+        torque_noise: vec![0.5, 0.5],
+        payload: 1.5,
+        amplitude: 0.8,
+        speed: 1.8,
+    }
 }
 
 /// Six joints of a wrist-partitioned arm: waist, shoulder, elbow, and three crossing wrist axes; reach 0.85 m, 5 kg of
@@ -121,10 +130,10 @@ pub fn six_joints() -> Arm {
     let coulomb = vec![9.0, 9.0, 5.0, 1.5, 1.5, 1.0];
     let robot = Robot { joints, effects: friction(&model, &viscous, &coulomb), ..Robot::rigid(model) };
     let torque_noise = vec![0.5, 0.5, 0.4, 0.12, 0.12, 0.08];
-    Arm { robot, torque: coulomb, torque_noise, amplitude: 0.7, speed: 1.6 }
+    Arm { robot, torque: coulomb, torque_noise, payload: 1.0, amplitude: 0.7, speed: 1.6 }
 }
 
-fn spring(stiffness: f64, damping: f64, rotor_inertia: f64) -> JointSettings {
+pub(crate) fn spring(stiffness: f64, damping: f64, rotor_inertia: f64) -> JointSettings {
     JointSettings {
         stiffness: Some(stiffness),
         damping,
@@ -134,7 +143,7 @@ fn spring(stiffness: f64, damping: f64, rotor_inertia: f64) -> JointSettings {
     }
 }
 
-fn friction(model: &Model, viscous: &[f64], coulomb: &[f64]) -> Vec<EffectSpec> {
+pub(crate) fn friction(model: &Model, viscous: &[f64], coulomb: &[f64]) -> Vec<EffectSpec> {
     let at = |dof| Place::Joint(model.dof_name(dof).to_owned());
     let viscous = viscous
         .iter()

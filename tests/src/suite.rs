@@ -22,14 +22,42 @@ pub struct Conditions {
     pub link_encoders: bool,
     /// Step of the motors' encoders on the link side, rad.
     pub motor_step: f64,
+    /// Torque noise, in units of the arm's own.
+    pub torque_noise: f64,
+    /// Period of the controller, which holds its torques, s.
+    pub period: f64,
+    /// Periods of the controller to a row of the log.
+    pub every: usize,
+    /// What the arm was made to do.
+    pub data: Data,
 }
 
-// Encoder steps, rad: 17 bit a joint turn.
-const STEP_17_BIT: f64 = std::f64::consts::TAU / 131_072.0;
+/// What an arm was made to do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Data {
+    /// Fourier motion in one run; strokes, reversals, chirp and steps in another.
+    Rich,
+    /// Fourier motion alone.
+    Excitation,
+    /// Moves between poses, and stays there, in two runs.
+    PickAndPlace,
+    /// Slow strokes, and slow moves between poses.
+    Slow,
+}
+
+/// Encoder step, rad: 17 bit a joint turn.
+pub(crate) const STEP_17_BIT: f64 = std::f64::consts::TAU / 131_072.0;
 
 impl Conditions {
     /// Motor encoders of 17 bit a motor turn, link encoders.
-    pub const FULL: Self = Self { link_encoders: true, motor_step: STEP_17_BIT / GEAR_RATIO };
+    pub const FULL: Self = Self {
+        link_encoders: true,
+        motor_step: STEP_17_BIT / GEAR_RATIO,
+        torque_noise: 1.0,
+        period: 1e-3,
+        every: 1,
+        data: Data::Rich,
+    };
 
     /// Conditions by name: `full` or `motor`, then `fine` (17 bit a motor turn) or `coarse` (17 bit a joint turn).
     pub fn named(sensors: &str, encoder: &str) -> Option<Self> {
@@ -43,7 +71,7 @@ impl Conditions {
             "coarse" => STEP_17_BIT,
             _ => return None,
         };
-        Some(Self { link_encoders, motor_step })
+        Some(Self { link_encoders, motor_step, ..Self::FULL })
     }
 }
 
@@ -140,15 +168,22 @@ pub fn null_case(arm: &Arm, conditions: Conditions, seed: u64) -> Case {
     Case::new(arm, &[], conditions, seed)
 }
 
-/// The runs of a case: Fourier motion, then strokes, reversals, chirp and steps, closed loop, 1 kHz.
+/// The runs of a case, in closed loop.
 ///
 /// # Errors
 /// If the truth is no plant or cannot be simulated.
 pub fn measure(arm: &Arm, case: &Case) -> Result<Vec<Run>, Outside> {
-    recorded(arm, case, [fourier(arm, case.seed, 9.0), strokes(arm, case.seed)])
+    let seed = case.seed;
+    let motions = match case.conditions.data {
+        Data::Rich => vec![fourier(arm, seed, 9.0), strokes(arm, seed)],
+        Data::Excitation => vec![fourier(arm, seed, 17.0)],
+        Data::PickAndPlace => vec![places(arm, seed, 1.0), places(arm, seed + 1, 1.0)],
+        Data::Slow => vec![slow_strokes(arm), places(arm, seed, 0.2)],
+    };
+    recorded(arm, case, motions)
 }
 
-/// One run of a case of this length, s: Fourier motion, closed loop, 1 kHz.
+/// One run of a case of this length, s: Fourier motion in closed loop.
 ///
 /// # Errors
 /// If the truth is no plant or cannot be simulated.
@@ -173,7 +208,7 @@ fn recorded(
     noise.sensors.extend(arm.torque_noise.iter().enumerate().map(|(dof, &std)| SensorNoise {
         quantity: Quantity::MotorTorque,
         joint: Some(case.model.model.dof_name(dof).to_owned()),
-        std,
+        std: std * case.conditions.torque_noise,
         resolution: 0.0,
     }));
     motions
@@ -182,7 +217,7 @@ fn recorded(
         .map(|(k, reference)| {
             let duration = reference.joints.iter().map(Motion::duration).fold(0.0, f64::max);
             let start: Vec<f64> = (0..case.model.model.nv).map(|d| reference.at(d, 0.0).position).collect();
-            let mut options = Simulation::new(&truth, duration, 1e-3);
+            let mut options = Simulation::new(&truth, duration, case.conditions.period);
             options.start = Start::balanced(&truth, &parameters, &start)?;
             options.quantities = vec![Quantity::MotorPosition, Quantity::MotorTorque];
             if case.conditions.link_encoders {
@@ -198,12 +233,20 @@ fn recorded(
             let mut controller = Controller::new(&feed_forward, &feed_forward.parameters(), reference, 20.0);
             let mut run = simulate(&truth, &parameters, &mut controller, &options)?.run;
             run.name = format!("run_{k}");
+            thin(&mut run, case.conditions.every);
             if let Some((change, joint)) = &case.logged {
                 change(&mut run, joint);
             }
             Ok(run)
         })
         .collect()
+}
+
+// Keeps every so manyth row.
+fn thin(run: &mut Run, every: usize) {
+    let kept = |x: &mut Vec<f64>| *x = x.iter().step_by(every).copied().collect();
+    kept(&mut run.time);
+    run.signals.iter_mut().for_each(|signal| kept(&mut signal.values));
 }
 
 /// About the mean temperature of the two runs of a case, °C.
@@ -221,6 +264,21 @@ fn fourier(arm: &Arm, seed: u64, seconds: f64) -> Trajectory {
         Motion::one(0.1, seconds, excitation)
     };
     Trajectory { joints: (0..arm.robot.model.nv as u64).map(motion).collect() }
+}
+
+// Moves between six poses at a share of the arm's speed.
+fn places(arm: &Arm, seed: u64, share: f64) -> Trajectory {
+    let limits = Limits { amplitude: arm.amplitude, speed: share * arm.speed };
+    let motion = |dof: u64| Motion::one(-0.1, 9.0, Excitation::steps(seed * 10 + dof, 6, 0.3, limits));
+    Trajectory { joints: (0..arm.robot.model.nv as u64).map(motion).collect() }
+}
+
+fn slow_strokes(arm: &Arm) -> Trajectory {
+    let motion = |dof: usize| {
+        let limits = Limits { amplitude: 0.3 * arm.amplitude, speed: 0.15 + 0.05 * dof as f64 };
+        Motion::one(0.1, 9.0, Excitation::strokes(limits))
+    };
+    Trajectory { joints: (0..arm.robot.model.nv).map(motion).collect() }
 }
 
 fn strokes(arm: &Arm, seed: u64) -> Trajectory {

@@ -71,6 +71,9 @@ pub(crate) struct Explored {
 const MOST_STEPS: usize = 2;
 // A step that makes the unseen error worse by more than this share is undone.
 const WORSE: f64 = 1.01;
+// Share of the promised fall of χ² that the likelihood of the log must show, and what chance may take of it.
+const KEPT: f64 = 0.5;
+const CHANCE: f64 = 10.0;
 
 /// Climbs from the base until nothing passes the gates.
 pub(crate) fn explore(
@@ -91,7 +94,8 @@ pub(crate) fn explore(
         }
         let Some(next) = search.accept(&state, round)? else { break };
         let next = without_passengers(search, next, state.accepted.len(), step, unseen)?;
-        let refused = unseen.map(|u| u.refused(&state, &next)).unwrap_or_default();
+        let mut refused = unseen.map(|u| u.refused(&state, &next)).unwrap_or_default();
+        refused.extend(unlikely(&state, &next));
         if !refused.is_empty() {
             for (trial, reason) in refused {
                 search.refuse(&trial, step, reason);
@@ -113,6 +117,20 @@ pub(crate) fn explore(
     }
     let state = pruned(search, state, &mut rungs, unseen)?;
     Ok(Explored { state, rungs, last })
+}
+
+// The rows are formed about a motion in which some of the noise is left, and an effect that averages or delays it, a dead
+// time above all, may gain by that alone. About a motion that the new model has smoothed itself the gain is gone: the
+// likelihood of all samples falls as much as the rows promised where the effect is real.
+fn unlikely(before: &State, after: &State) -> Option<(Trial, String)> {
+    let (old, new) = (before.reference.as_ref()?.misfit, after.reference.as_ref()?.misfit);
+    let added = &after.accepted[before.accepted.len()..];
+    let promised: f64 = added.iter().map(|a| a.evidence.data).sum();
+    let kept = old - new;
+    let reason = || {
+        format!("about a motion of its own it explains {kept:.0} of the χ² of {promised:.0} that it promised")
+    };
+    (kept < KEPT * promised - CHANCE).then(|| (added[0].trial.clone(), reason()))
 }
 
 fn rung(search: &Search, added: &[String], state: &State, unseen: Option<&Unseen>) -> Rung {

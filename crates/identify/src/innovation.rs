@@ -27,8 +27,9 @@ use crate::freedom::{Links, Springs};
 use crate::record::{Channel, Record, Reduction, Sensors};
 use crate::residual::{Grid, Layout, ResidualForm, Rows, TRANSIENT};
 use crate::scale::Scales;
+use crate::series::delivered;
 use filter::Filters;
-use kalman::{GROUP, Kalman};
+use kalman::{GROUP, Input, Kalman};
 use linearise::{Along, INERTIA_EVERY, along};
 use motion::{Even, Motion};
 pub(crate) use rows::Innovations;
@@ -44,6 +45,8 @@ pub(crate) struct Reference {
     measured: Vec<f64>,
     /// Standard deviation of the torque noise of every joint that moves, N·m.
     pub torque_noise: Vec<f64>,
+    /// −2 log likelihood of what was measured, by the model that the reference was taken from.
+    pub misfit: f64,
 }
 
 /// The innovation residual of some runs.
@@ -60,6 +63,9 @@ pub(crate) struct Innovation {
 // Most rounds of noise and smoothing, and the change of ln noise below which they end.
 const ROUNDS: usize = 5;
 const SETTLED_NOISE: f64 = 0.15;
+// Tries to make a motion better, and what −2 log likelihood may rise by a sample.
+const HALVINGS: usize = 3;
+const WORSE: f64 = 0.01;
 
 impl Innovation {
     /// Why runs with these sensors have no such residual; none if they have one.
@@ -134,24 +140,27 @@ impl Innovation {
     // A motion that is too rough turns friction about at the wrong time, one that is too smooth turns it late: from the
     // kernel's motion, model and noise are led to agree with each other.
     fn renewed(&self, plant: &Plant, p: &[f64]) -> Reference {
-        let mut motions = self.smooth.clone();
+        let about = |motions| Pass::new(self, motions, plant, p);
+        let mut pass = about(self.smooth.clone());
         let mut noise: Option<Vec<f64>> = None;
         for round in 0..ROUNDS {
-            let pass = Pass::new(self, &motions, plant, p);
             let found = pass.torque_noise(noise.as_deref());
             let smoothed = pass.smoothed(&found);
-            motions = if round == 0 { pass.held(smoothed) } else { smoothed };
+            let next = if round == 0 { pass.held(smoothed) } else { smoothed };
+            let better = pass.bettered(next, &found, about);
             let alike = |(a, b): (&f64, &f64)| (a / b).ln().abs() < SETTLED_NOISE;
             let settled = noise.as_ref().is_some_and(|n| n.iter().zip(&found).all(alike));
             noise = Some(found);
+            let Some(better) = better else { break };
+            pass = better;
             if settled {
                 break;
             }
         }
         let noise = noise.unwrap_or_default();
-        let pass = Pass::new(self, &motions, plant, p);
+        let misfit = pass.misfits(&noise).iter().sum();
         let (records, smooth, measured) = pass.frozen(&noise);
-        Reference { records, smooth, measured, torque_noise: noise }
+        Reference { records, smooth, measured, torque_noise: noise, misfit }
     }
 }
 
@@ -165,10 +174,10 @@ impl Reference {
 // One pass of the model along the present motions of all runs.
 struct Pass<'a> {
     form: &'a Innovation,
-    motions: &'a [Motion],
+    motions: Vec<Motion>,
     records: Vec<Record>,
-    // Channels predicted at the middles of the holds, by run.
-    predicted: Vec<Vec<Vec<f64>>>,
+    // Measured minus predicted of every joint, by run and sample.
+    inputs: Vec<Vec<Vec<Input>>>,
     // What the mean torque of a hold differs from that in its middle, by run.
     hold_means: Vec<Vec<Vec<f64>>>,
     // Where the links are, by run.
@@ -178,30 +187,31 @@ struct Pass<'a> {
 }
 
 impl<'a> Pass<'a> {
-    fn new(form: &'a Innovation, motions: &'a [Motion], plant: &Plant, p: &[f64]) -> Self {
-        let parts: Vec<(Record, Along, System)> = form
+    fn new(form: &'a Innovation, motions: Vec<Motion>, plant: &Plant, p: &[f64]) -> Self {
+        let parts: Vec<(Record, Along, System, Vec<Vec<Input>>)> = form
             .runs
             .par_iter()
-            .zip(motions)
+            .zip(&motions)
             .map(|(run, motion)| {
                 let record = run.record(motion);
                 let along = along(plant, p, &record, &form.channels);
                 let system = form.system(run, &along);
-                (record, along, system)
+                let inputs = form.joints.iter().map(|joint| inputs(run, motion, &along, *joint)).collect();
+                (record, along, system, inputs)
             })
             .collect();
         let mut pass = Self {
             form,
             motions,
             records: Vec::new(),
-            predicted: Vec::new(),
+            inputs: Vec::new(),
             hold_means: Vec::new(),
             links: Vec::new(),
             systems: Vec::new(),
         };
-        for (record, along, system) in parts {
+        for (record, along, system, inputs) in parts {
             pass.records.push(record);
-            pass.predicted.push(along.predicted);
+            pass.inputs.push(inputs);
             pass.hold_means.push(along.hold_means);
             pass.links.push(along.links);
             pass.systems.push(system);
@@ -210,13 +220,8 @@ impl<'a> Pass<'a> {
     }
 
     // Measured minus predicted of one joint at a sample.
-    fn input(&self, run: usize, joint: usize, k: usize) -> [f64; 3] {
-        let (even, joint) = (&self.form.runs[run], self.form.joints[joint]);
-        let measured = deviation_inputs(even, &self.motions[run], &self.hold_means[run], joint, k);
-        let predicted = &self.predicted[run];
-        let link = |c: usize| motion::at_sample(predicted[c].len(), k, |hold| [predicted[c][hold]])[0];
-        let [torque, motor, position] = measured;
-        [torque - predicted[joint.torque][k], motor, position - joint.position.map_or(0.0, link)]
+    fn input(&self, run: usize, joint: usize, k: usize) -> Input {
+        self.inputs[run][joint][k]
     }
 
     // The motions with the smoothed deviation added.
@@ -240,6 +245,50 @@ impl<'a> Pass<'a> {
                     }
                 }
                 motion
+            })
+            .collect()
+    }
+
+    // The pass along the motions asked for. Friction near rest bends within less than a smoother's correction, which may
+    // then lead further off than it came from: where a motion fits worse, half of the way is tried; none if every one does.
+    fn bettered(
+        &self,
+        mut motions: Vec<Motion>,
+        noise: &[f64],
+        about: impl Fn(Vec<Motion>) -> Self,
+    ) -> Option<Self> {
+        let before = self.misfits(noise);
+        for _ in 0..HALVINGS {
+            let next = about(motions.clone());
+            let worse: Vec<bool> = (next.misfits(noise).iter().zip(&before).zip(&self.records))
+                .map(|((after, before), record)| *after > before + WORSE * record.len() as f64)
+                .collect();
+            if !worse.contains(&true) {
+                return Some(next);
+            }
+            for ((to, from), _) in
+                motions.iter_mut().zip(&self.motions).zip(&worse).filter(|(_, worse)| **worse)
+            {
+                to.halve(from);
+            }
+        }
+        None
+    }
+
+    // −2 log likelihood of every run.
+    fn misfits(&self, noise: &[f64]) -> Vec<f64> {
+        let groups = self.form.groups();
+        let runs = 0..self.records.len();
+        runs.into_par_iter()
+            .map(|run| {
+                let mut sum = 0.0;
+                for group in &groups {
+                    let kalman = Kalman { system: &self.systems[run], group: group.clone(), noise };
+                    let input = |joint, k| self.input(run, joint, k);
+                    let led = self.systems[run].led;
+                    kalman.misfit(usize::MAX, input, |_, k, value| sum += if k < led { 0.0 } else { value });
+                }
+                sum
             })
             .collect()
     }
@@ -268,7 +317,7 @@ impl<'a> Pass<'a> {
     fn frozen(self, noise: &[f64]) -> (Vec<Record>, Vec<Record>, Vec<f64>) {
         let groups = self.form.groups();
         let Self { form, motions, records, systems, hold_means, links, .. } = self;
-        let measures = (motions, hold_means, links);
+        let measures = (&motions, hold_means, links);
         let parts: Vec<((Record, Record), Vec<f64>)> = (records, systems, &form.runs, measures)
             .into_par_iter()
             .map(|(mut record, system, even, (motion, means, links))| {
@@ -292,6 +341,24 @@ impl<'a> Pass<'a> {
         let (records, smooth) = records.into_iter().unzip();
         (records, smooth, measured.concat())
     }
+}
+
+// Measured minus predicted of a joint along a run. Of the torque what acts: what a drive delays is not in the motion yet,
+// and a smoother that took it for that would chase its own noise.
+fn inputs(run: &Even, motion: &Motion, along: &Along, joint: JointChannels) -> Vec<Input> {
+    let predicted = &along.predicted;
+    let link = |c: usize, k| motion::at_sample(predicted[c].len(), k, |hold| [predicted[c][hold]])[0];
+    let mut inputs: Vec<Input> = (0..predicted[joint.torque].len())
+        .map(|k| {
+            let [torque, motor, position] = deviation_inputs(run, motion, &along.hold_means, joint, k);
+            let torque = torque - predicted[joint.torque][k];
+            [torque, motor, position - joint.position.map_or(0.0, |c| link(c, k))]
+        })
+        .collect();
+    let torques: Vec<f64> = inputs.iter().map(|input| input[0]).collect();
+    let acting = delivered(&torques, &along.drives[joint.dof], run.scales.step());
+    inputs.iter_mut().zip(acting).for_each(|(input, torque)| input[0] = torque);
+    inputs
 }
 
 impl ResidualForm for Innovation {

@@ -153,6 +153,23 @@ fn logged<S: Kind>(
     series
 }
 
+/// What of a held logged torque acts, for a drive with lag and dead time: the inverse of what the channel of a prediction
+/// goes through.
+///
+/// y_{k+1} = y_k + (1 − e^{−h/T}) (u(t − d) − y_k)
+pub(crate) fn delivered(logged: &[f64], drive: &Actuation<f64>, step: f64) -> Vec<f64> {
+    let mut torque = if drive.delay == 0.0 { logged.to_vec() } else { shifted(logged, drive.delay, step) };
+    if drive.lag > 0.0 {
+        let share = 1.0 - (-step / drive.lag).exp();
+        let mut acting = torque.first().copied().unwrap_or(0.0);
+        for x in &mut torque {
+            acting += share * (*x - acting);
+            *x = acting;
+        }
+    }
+    torque
+}
+
 // x + T ẋ by central differences
 fn led<S: Scalar>(x: Vec<S>, lag: S, step: f64) -> Vec<S> {
     if lag == S::ZERO {

@@ -3,7 +3,7 @@
 //! The encoders are taken one after the other, which gives the factor of their covariance without factoring it.
 //!
 //! Source: Kalman, *A new approach to linear filtering and prediction problems*, J. Basic Engineering 82, 1960;
-//! Rauch, Tung, Striebel, *Maximum likelihood estimates of linear dynamic systems*, AIAA Journal 3, 1965.
+//! Bierman, *Fixed interval smoothing with discrete measurements*, Int. J. Control 18, 1973.
 
 use std::ops::Range;
 
@@ -28,6 +28,8 @@ pub(super) type Input = [f64; 3];
 const START: [f64; 2] = [1e-3, 0.1];
 // Noise of the link's torque as a share of the motor's.
 const LINK_SHARE: f64 = 0.04;
+// Both while a link without an encoder is led to where it may have started: no torque is known there.
+const LED: [f64; 2] = [30.0, 30.0];
 
 /// The Kalman filter of a group of joints about their reference.
 pub(super) struct Kalman<'a> {
@@ -67,7 +69,7 @@ impl Kalman<'_> {
                     gains.push(update(&mut p, 4 * i + state, variance));
                 }
             }
-            p = self.step(k).forward(&p).1;
+            p = self.step(k).forward(&p);
         }
         gains
     }
@@ -90,11 +92,12 @@ impl Kalman<'_> {
     ) {
         let (mut p, mut x) = (self.start::<D>(), [0.0; D]);
         for k in 0..samples.min(self.system.len()) {
-            self.correct(k, &mut p, &mut x, input, |joint, z, white| {
-                told(joint, k, z * z - 2.0 * white.ln());
+            self.correct(k, &mut p, &mut x, input, |state, gain, e| {
+                let joint = self.group.start + state / 4;
+                told(joint, k, (e * gain.white).powi(2) - 2.0 * gain.white.ln());
             });
             let step = self.step(k);
-            p = step.forward(&p).1;
+            p = step.forward(&p);
             x = self.predict(&step, k, &x, input);
         }
     }
@@ -104,30 +107,40 @@ impl Kalman<'_> {
         by_size!(self, smoothed_of(&input))
     }
 
+    // Bryson and Frazier's form, which inverts no covariance: one that is nearly singular, of a joint with little noise
+    // or without a link encoder, would be amplified from round to round.
+    //
+    // x̂_k = x_k − P_k λ_k,   λ_{k−1} = Φᵀ λ⁻_k,   encoder by encoder backwards:  λ⁻ = λ − c (Kᵀλ + e/S)
     fn smoothed_of<const D: usize>(&self, input: &impl Fn(usize, usize) -> Input) -> Vec<Vec<State>> {
         let n = self.system.len();
-        let mut seen: Vec<[f64; D]> = Vec::with_capacity(n);
-        // Of each step: x⁻, Φ P and P⁻ after it.
-        let mut ahead: Vec<([f64; D], Matrix<D>, Matrix<D>)> = Vec::with_capacity(n);
+        // After the encoders of each sample: x, P, and of every encoder its state, K, e and 1/√S.
+        let mut seen: Vec<([f64; D], Matrix<D>)> = Vec::with_capacity(n);
+        let mut read: Vec<(usize, Gain, f64)> = Vec::new();
         let (mut p, mut x) = (self.start::<D>(), [0.0; D]);
         for k in 0..n {
-            self.correct(k, &mut p, &mut x, input, |_, _, _| ());
-            seen.push(x);
+            self.correct(k, &mut p, &mut x, input, |state, gain, e| read.push((state, gain, e)));
+            seen.push((x, p));
             let step = self.step(k);
-            let (half, next) = step.forward(&p);
+            p = step.forward(&p);
             x = self.predict(&step, k, &x, input);
-            ahead.push((x, half, next));
-            p = next;
         }
-        // x̂_k = x_k + (Φ P_k)ᵀ P⁻_{k+1}⁻¹ (x̂_{k+1} − x⁻_{k+1})
-        for k in (0..n.saturating_sub(1)).rev() {
-            let (predicted, half, covariance) = &ahead[k];
-            let change = std::array::from_fn(|i| seen[k + 1][i] - predicted[i]);
-            for (y, half) in solved(covariance, &change).into_iter().zip(half) {
-                add(&mut seen[k], y, half);
+        let encoders = read.len() / n.max(1);
+        let mut lambda = [0.0; D];
+        for k in (0..n).rev() {
+            let (x, p) = &mut seen[k];
+            for (lambda, p) in lambda.iter().zip(p.iter()) {
+                add(x, -lambda, p);
+            }
+            for (state, gain, e) in read[k * encoders..(k + 1) * encoders].iter().rev() {
+                let pull: f64 = lambda.iter().zip(&gain.column).map(|(l, g)| l * g).sum();
+                lambda[*state] -= pull + e * gain.white * gain.white;
+            }
+            if k > 0 {
+                let turned = self.step::<D>(k - 1).turned;
+                lambda = turned.map(|column| column.iter().zip(&lambda).map(|(phi, l)| phi * l).sum());
             }
         }
-        let of_joint = |i: usize| seen.iter().map(|x| std::array::from_fn(|s| x[4 * i + s])).collect();
+        let of_joint = |i: usize| seen.iter().map(|(x, _)| std::array::from_fn(|s| x[4 * i + s])).collect();
         (0..self.group.len()).map(of_joint).collect()
     }
 
@@ -141,21 +154,21 @@ impl Kalman<'_> {
         p
     }
 
-    // One sample's encoders: `told` is given joint, whitened innovation and 1/√S of each.
+    // One sample's encoders: `told` is given the state, the gain and the innovation of each.
     fn correct<const D: usize>(
         &self,
         k: usize,
         p: &mut Matrix<D>,
         x: &mut [f64; D],
         input: &impl Fn(usize, usize) -> Input,
-        mut told: impl FnMut(usize, f64, f64),
+        mut told: impl FnMut(usize, Gain, f64),
     ) {
         for (i, joint) in self.joints().iter().enumerate() {
             let [_, motor, link] = input(self.group.start + i, k);
             for ((state, variance), y) in joint.sensors().zip([motor, link]) {
                 let gain = update(p, 4 * i + state, variance);
                 let e = y - x[4 * i + state];
-                told(self.group.start + i, e * gain.white, gain.white);
+                told(4 * i + state, gain, e);
                 for (x, column) in x.iter_mut().zip(gain.column) {
                     *x += column * e;
                 }
@@ -186,9 +199,11 @@ impl Kalman<'_> {
         let (mut turned, mut pushes) = ([[0.0; D]; D], [[0.0; D]; 2 * GROUP]);
         self.system.step(self.group.clone(), k, &mut turned, &mut pushes);
         let variance = std::array::from_fn(|m| {
-            let noise = self.noise.get(self.group.start + m / 2).copied().unwrap_or(0.0);
+            let Some(joint) = self.joints().get(m / 2) else { return 0.0 };
+            let is_led = k < self.system.led && joint.encoders.is_led();
+            let shares = if is_led { LED } else { [1.0, LINK_SHARE] };
             // Motor and link in turn.
-            (noise * [1.0, LINK_SHARE][m % 2]).powi(2)
+            (self.noise[self.group.start + m / 2] * shares[m % 2]).powi(2)
         });
         Step { turned, pushes, variance }
     }
@@ -206,8 +221,8 @@ struct Step<const D: usize> {
 }
 
 impl<const D: usize> Step<D> {
-    // Φ P  and  P⁻ = Φ P Φᵀ + Q
-    fn forward(&self, p: &Matrix<D>) -> (Matrix<D>, Matrix<D>) {
+    // P⁻ = Φ P Φᵀ + Q
+    fn forward(&self, p: &Matrix<D>) -> Matrix<D> {
         #[cfg(target_arch = "x86_64")]
         if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
             // SAFETY: the machine has the instructions that the function is compiled for.
@@ -218,13 +233,13 @@ impl<const D: usize> Step<D> {
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma")]
-    fn forward_avx2(&self, p: &Matrix<D>) -> (Matrix<D>, Matrix<D>) {
+    fn forward_avx2(&self, p: &Matrix<D>) -> Matrix<D> {
         self.forward_plain(p)
     }
 
     // Inlined into its callers, so that each compiles it for its own instructions.
     #[inline(always)]
-    fn forward_plain(&self, p: &Matrix<D>) -> (Matrix<D>, Matrix<D>) {
+    fn forward_plain(&self, p: &Matrix<D>) -> Matrix<D> {
         let (mut half, mut next) = ([[0.0; D]; D], [[0.0; D]; D]);
         for (column, p) in self.turned.iter().zip(p) {
             for (half, phi) in half.iter_mut().zip(column) {
@@ -247,7 +262,7 @@ impl<const D: usize> Step<D> {
                 (next[i][j], next[j][i]) = (mean, mean);
             }
         }
-        (half, next)
+        next
     }
 }
 
@@ -269,25 +284,4 @@ fn update<const D: usize>(p: &mut Matrix<D>, state: usize, variance: f64) -> Gai
         add(p, -*gain, &row);
     }
     gain
-}
-
-// P⁻¹ b by Cholesky's factors of P scaled to unit diagonal; directions without variance give nothing.
-fn solved<const D: usize>(p: &Matrix<D>, b: &[f64; D]) -> [f64; D] {
-    let scale: [f64; D] = std::array::from_fn(|i| if p[i][i] > 0.0 { 1.0 / p[i][i].sqrt() } else { 0.0 });
-    let mut l = [[0.0; D]; D];
-    for i in 0..D {
-        for j in 0..=i {
-            let entry = if i == j { 1.0 + 1e-12 } else { p[i][j] * scale[i] * scale[j] };
-            let sum = entry - (0..j).map(|m| l[i][m] * l[j][m]).sum::<f64>();
-            l[i][j] = if i == j { sum.max(1e-14).sqrt() } else { sum / l[j][j] };
-        }
-    }
-    let mut y: [f64; D] = std::array::from_fn(|i| b[i] * scale[i]);
-    for i in 0..D {
-        y[i] = (y[i] - (0..i).map(|j| l[i][j] * y[j]).sum::<f64>()) / l[i][i];
-    }
-    for i in (0..D).rev() {
-        y[i] = (y[i] - (i + 1..D).map(|j| l[j][i] * y[j]).sum::<f64>()) / l[i][i];
-    }
-    std::array::from_fn(|i| y[i] * scale[i])
 }

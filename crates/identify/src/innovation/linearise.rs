@@ -2,7 +2,7 @@
 
 use faer::Mat;
 
-use sinew_effect::Derivative;
+use sinew_effect::{Actuation, Derivative};
 use sinew_model::Scalar;
 use sinew_plant::{Dynamics, ImposedOut, LinkState, Plant};
 use sinew_rigid::{Bodies, Scratch, mass_matrix_with};
@@ -26,6 +26,8 @@ pub(super) struct Along {
     pub hold_means: Vec<Vec<f64>>,
     /// Inverse inertia, by rows, at every [`INERTIA_EVERY`]th hold.
     pub mobility: Vec<Vec<f64>>,
+    /// The drives, by degree of freedom.
+    pub drives: Vec<Actuation<f64>>,
 }
 
 // Inertia of a motor of which none is stated, as a share of its link's.
@@ -91,7 +93,8 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
         }
     }
     let links = Links { motion: links };
-    Along { predicted, linear, links, hold_means, mobility }
+    let drives = joints.iter().map(|&i| walk.actuation[i]).collect();
+    Along { predicted, linear, links, hold_means, mobility, drives }
 }
 
 // h²/24 τ̈_m of a damper whose motor's velocity is the mean of the hold, its link's that in the middle:

@@ -48,6 +48,14 @@ impl Motion {
         let (theta, thetad) = (&self.theta[dof], &self.thetad[dof]);
         0.5 * (theta[k] + theta[k + 1]) + h / 8.0 * (thetad[k] - thetad[k + 1])
     }
+
+    /// Takes back half of the way from another motion.
+    pub fn halve(&mut self, from: &Self) {
+        let series = self.theta.iter_mut().chain(&mut self.thetad);
+        for (to, from) in series.zip(from.theta.iter().chain(&from.thetad)) {
+            to.iter_mut().zip(from).for_each(|(x, from)| *x = 0.5 * (*x + from));
+        }
+    }
 }
 
 // Seconds of a row.

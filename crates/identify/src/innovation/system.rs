@@ -7,6 +7,8 @@ use std::ops::Range;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
+use crate::record::START;
+
 /// A vector of the deviation's state.
 pub(super) type State = [f64; 4];
 /// A matrix on the deviation's state, by rows.
@@ -120,6 +122,13 @@ pub(super) struct Encoders {
     pub shown: usize,
 }
 
+impl Encoders {
+    /// True if nothing shows where a link on a spring is.
+    pub fn is_led(&self) -> bool {
+        self.shown == 2 && self.link.is_none()
+    }
+}
+
 /// The equations of a joint along a run.
 #[derive(Debug, Clone)]
 pub(super) struct Joint {
@@ -145,6 +154,8 @@ pub(super) struct System {
     // Couplings that occur along the run, and which of them each sample has; none of a single joint.
     couplings: Vec<Coupling>,
     coupling: Vec<usize>,
+    /// Samples during which the start of the springs is being found.
+    pub led: usize,
 }
 
 /// Torques on the motor and on the link of a joint, W sets of them at once.
@@ -197,7 +208,8 @@ impl System {
                 coupling.push(couplings.len() - 1);
             }
         }
-        Self { joints, couplings, coupling }
+        let led = (START / period) as usize;
+        Self { joints, couplings, coupling, led }
     }
 
     /// Samples of the run.

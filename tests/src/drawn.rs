@@ -1,0 +1,170 @@
+//! Arms and conditions by chance: what is measured on the suite's own arms should hold for any.
+
+use core::f64::consts::TAU;
+
+use sinew_model::{Inertia, JointShape, JointSpec, ModelBuilder, Pose, Robot, Vector3};
+use sinew_simulate::Stream;
+
+use crate::robots::{friction, spring};
+use crate::suite::STEP_17_BIT;
+use crate::{Arm, Case, Conditions, Data, hidden_effects, null_case};
+
+// Draws of one stream, one after the other.
+struct Draws {
+    stream: Stream,
+    drawn: u64,
+}
+
+impl Draws {
+    fn new(seed: u64, name: &str) -> Self {
+        Self { stream: Stream::new(seed, name), drawn: 0 }
+    }
+
+    fn uniform(&mut self, least: f64, most: f64) -> f64 {
+        self.drawn += 1;
+        least + (most - least) * self.stream.uniform(self.drawn)
+    }
+
+    // Evenly spread in the logarithm.
+    fn log(&mut self, least: f64, most: f64) -> f64 {
+        self.uniform(least.ln(), most.ln()).exp()
+    }
+
+    // One of a list; what stands in it twice is drawn twice as often.
+    fn one_of<T: Copy>(&mut self, list: &[T]) -> T {
+        let k = self.uniform(0.0, list.len() as f64) as usize;
+        list[k.min(list.len() - 1)]
+    }
+}
+
+const GRAVITY: f64 = 9.81;
+
+impl Arm {
+    /// An arm by chance: one to three joints about axes upright, across or along the links, 0.8 to 25 kg a link,
+    /// antiresonances of 6 to 18 Hz with rotors clamped, rotors of 0.2 to 1.6 of what they move.
+    pub fn drawn(seed: u64) -> Self {
+        let draws = &mut Draws::new(seed, "arm");
+        let n = draws.one_of(&[1, 1, 1, 2, 2, 2, 3]);
+        let size = draws.log(0.1, 3.0);
+        let mut builder = ModelBuilder::new(["one_drawn", "two_drawn", "three_drawn"][n - 1]);
+        builder.link("base", Inertia::default());
+        // Mass, length and centre of every link.
+        let links: Vec<[f64; 3]> = (0..n)
+            .map(|j| {
+                let mass = 8.0 * size * 0.6f64.powi(j as i32) * draws.log(0.7, 1.4);
+                let length = draws.uniform(0.3, 0.7);
+                [mass, length, length * draws.uniform(0.3, 0.6)]
+            })
+            .collect();
+        for (j, [mass, length, centre]) in links.iter().enumerate() {
+            let across = mass * length * length / 12.0;
+            let about = [0.1 * across, across, across, 0.0, 0.0, 0.0];
+            let centre = Vector3::new(*centre, 0.0, 0.0);
+            builder.link(LINKS[j], Inertia::at_centre_of_mass(*mass, centre, about));
+        }
+        builder.link("tool", Inertia::default());
+        for j in 0..n {
+            let axis = if j == 0 {
+                draws.one_of(&[[0.0, -1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]])
+            } else {
+                draws.one_of(&[[0.0, -1.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+            };
+            let (parent, x) = if j == 0 { ("base", 0.0) } else { (LINKS[j - 1], links[j - 1][1]) };
+            let at = Pose::from_xyz_rpy([x, 0.0, 0.0], [0.0; 3]);
+            let joint = JointSpec::new(JOINTS[j], JointShape::Revolute, parent, LINKS[j]);
+            builder.joint(joint.about(axis).at(at));
+        }
+        let flange = Pose::from_xyz_rpy([links[n - 1][1], 0.0, 0.0], [0.0; 3]);
+        builder.joint(JointSpec::new("flange", JointShape::Fixed, LINKS[n - 1], "tool").at(flange));
+        let model = builder.build().expect("a chain is a tree");
+        let (mut joints, mut viscous, mut torque, mut torque_noise) = (vec![], vec![], vec![], vec![]);
+        let speed = draws.uniform(1.2, 2.5);
+        for j in 0..n {
+            // The stretched arm beyond the joint.
+            let (mut inertia, mut moment, mut from) = (0.0, 0.0, 0.0);
+            for [mass, length, centre] in &links[j..] {
+                inertia += mass * ((from + centre).powi(2) + length * length / 12.0);
+                moment += mass * (from + centre);
+                from += length;
+            }
+            let stiffness = inertia * (TAU * draws.log(6.0, 18.0)).powi(2);
+            let rotor = inertia * draws.log(0.2, 1.6);
+            let both = inertia * rotor / (inertia + rotor);
+            let damping = 2.0 * draws.uniform(0.02, 0.08) * (stiffness * both).sqrt();
+            joints.push(spring(stiffness, damping, rotor));
+            let coulomb = draws.log(0.08, 0.3) * (4.0 * (inertia + rotor) + 0.7 * GRAVITY * moment);
+            viscous.push(draws.uniform(0.4, 1.2) * coulomb / speed);
+            torque_noise.push(coulomb * draws.log(0.03, 0.16));
+            torque.push(coulomb);
+        }
+        let robot = Robot { effects: friction(&model, &viscous, &torque), joints, ..Robot::rigid(model) };
+        let amplitude = draws.uniform(0.6, 1.0);
+        Self { robot, torque, torque_noise, payload: 0.25 * links[n - 1][0], amplitude, speed }
+    }
+}
+
+const LINKS: [&str; 3] = ["link_1", "link_2", "link_3"];
+const JOINTS: [&str; 3] = ["joint_1", "joint_2", "joint_3"];
+
+impl Conditions {
+    /// Conditions by chance: with or without link encoders; motor encoders of 17 bit a joint turn, or 12 or 17 bit a
+    /// turn of a motor geared 30 to 160 times; a third, one or three times the torque noise; control at
+    /// 250 Hz to 1 kHz, logged whole or thinned to that.
+    pub fn drawn(seed: u64) -> Self {
+        let draws = &mut Draws::new(seed, "conditions");
+        let gear = draws.log(30.0, 160.0);
+        let rates = [(1e-3, 1), (1e-3, 1), (1e-3, 1), (2e-3, 1), (4e-3, 1), (1e-3, 2), (1e-3, 4)];
+        let (period, every) = draws.one_of(&rates);
+        Self {
+            period,
+            every,
+            link_encoders: draws.one_of(&[true, false]),
+            motor_step: draws.one_of(&[STEP_17_BIT, STEP_17_BIT / gear, 32.0 * STEP_17_BIT / gear]),
+            torque_noise: draws.one_of(&[1.0 / 3.0, 1.0, 3.0]),
+            data: draws.one_of(&[Data::Rich, Data::Rich, Data::Excitation, Data::PickAndPlace, Data::Slow]),
+        }
+    }
+
+    /// The conditions in words, factor by factor.
+    pub fn factors(&self) -> [String; 5] {
+        let sensors = if self.link_encoders { "link encoders" } else { "motor side only" };
+        let bits = (TAU / self.motor_step).log2();
+        let encoder = if bits < 17.5 { "coarse encoders" } else { "fine encoders" };
+        [
+            sensors.to_owned(),
+            encoder.to_owned(),
+            format!("torque noise × {:.1}", self.torque_noise),
+            format!(
+                "{:.0} Hz{}",
+                1.0 / (self.period * self.every as f64),
+                if self.every > 1 { ", thinned" } else { "" }
+            ),
+            match self.data {
+                Data::Rich => "rich motion",
+                Data::Excitation => "one Fourier run",
+                Data::PickAndPlace => "pick and place",
+                Data::Slow => "slow motion",
+            }
+            .to_owned(),
+        ]
+    }
+}
+
+/// A case by chance, a pure function of its seed: arm, conditions, and an effect at one of the joints, the one asked for
+/// if there is one; else every sixth seed hides nothing.
+pub fn drawn_case(seed: u64, size: f64, only: Option<&str>) -> (Arm, Case) {
+    let (arm, conditions) = (Arm::drawn(seed), Conditions::drawn(seed));
+    let draws = &mut Draws::new(seed, "hidden");
+    let dof = (draws.uniform(0.0, arm.robot.model.nv as f64) as usize).min(arm.robot.model.nv - 1);
+    let mut hidden = hidden_effects(&arm, dof, size);
+    hidden.retain(|h| conditions.link_encoders || !h.needs_link_encoder());
+    hidden.retain(|h| only.is_none_or(|o| h.effect == o));
+    let chosen = draws.uniform(0.0, hidden.len() as f64) as usize;
+    let case = match hidden.get(chosen) {
+        Some(hidden) if only.is_some() || !seed.is_multiple_of(6) => {
+            Case::new(&arm, &[hidden], conditions, seed)
+        }
+        _ => null_case(&arm, conditions, seed),
+    };
+    (arm, case)
+}
