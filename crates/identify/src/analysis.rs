@@ -62,12 +62,12 @@ pub(crate) fn analysed<T>(
 }
 
 // Sample rate, Hz, from which the torque noise of single samples tells on the encoders.
-const FAST: f64 = 500.0;
+const FAST: f64 = 200.0;
 // Joints up to which coarse encoders do, and half width of the smoothing, s, that tells a coarse encoder.
 const FEW_JOINTS: usize = 3;
 const COARSE: f64 = 0.013;
 
-const SUITED: &str = "motor torque and encoders at 500 Hz or more: their noise is treated together";
+const SUITED: &str = "motor torque and encoders at 200 Hz or more: their noise is treated together";
 const DROWNED: &str = "the innovation residual names nothing and finds more torque noise than there is torque: a misfit passes for noise";
 
 // The innovation residual about the model as it stands, where it is asked for or suits the runs, and why or why not.

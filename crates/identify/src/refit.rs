@@ -82,7 +82,10 @@ pub(crate) fn refit(
         Pair { before: &base.white, after: &white, raw_before: &base.at.residual, raw_after: &at.residual };
     let tension = base.model.penalty() - model.penalty();
     let evidence = Evidence::of(layout, &pair, tension, trial.parameters, &held_out, channel_std);
-    let refused = impossible(&base.model, &model, &own, added)
+    // A rigid joint fits nothing: what its friction was bent to says nothing against the spring that explains the rest.
+    let remakes = trial.switches_springs() && best < REMADE * base.objective;
+    let settled = if remakes { None } else { Some(&base.model) };
+    let refused = impossible(settled, &model, &own, added)
         .or_else(|| shorter_than_a_sample(&model, &own, layout.period))
         .or_else(|| {
             let [only] = strengths.as_slice() else { return None };
@@ -212,9 +215,12 @@ fn shorter_than_a_sample(model: &Candidate, own: &[usize], period: f64) -> Optio
 // Standard deviations from zero of a stated parameter that is there for sure.
 const SURE: f64 = 3.0;
 
-// A stated parameter that must be positive and is driven to zero, or strengths that all vanish, speak against the
-// candidate.
-fn impossible(base: &Candidate, model: &Candidate, own: &[usize], added: &[usize]) -> Option<String> {
+// Share of the objective below which a new degree of freedom has made another model of what it was offered to.
+const REMADE: f64 = 0.5;
+
+// Strengths that all vanish, or a stated parameter that must be positive and is driven from its value in the base, if that
+// tells anything, to zero, speak against the candidate.
+fn impossible(base: Option<&Candidate>, model: &Candidate, own: &[usize], added: &[usize]) -> Option<String> {
     let name = |u: &Unknown| {
         let active = &model.plant.effects()[u.id.effect];
         format!("{} of {}", active.effect.card().parameters[u.id.parameter].key, active.label())
@@ -229,7 +235,7 @@ fn impossible(base: &Candidate, model: &Candidate, own: &[usize], added: &[usize
     }
     let others = (0..model.unknowns.len()).filter(|k| !own.contains(k)).map(|k| (k, strength(k)));
     others.filter(|(_, (u, _))| positive(u) && !added.contains(&u.id.effect)).find_map(|(k, (u, value))| {
-        let before = base.unknowns.get(k).map(|b| base.p[b.position])?;
+        let before = base.and_then(|base| Some(base.p[base.unknowns.get(k)?.position]))?;
         // What is not sure to be there may go.
         let is_sure = u.prior.is_none_or(|(mean, std)| mean > SURE * std);
         (is_sure && value < 0.1 * before).then(|| format!("drives {} to zero", name(u)))
