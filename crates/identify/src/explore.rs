@@ -74,6 +74,8 @@ const WORSE: f64 = 1.01;
 // Share of the promised fall of χ² that the likelihood of the log must show, and what chance may take of it.
 const KEPT: f64 = 0.5;
 const CHANCE: f64 = 10.0;
+// Mean square of the whitened rows from which a model is far from the noise.
+const FAR: f64 = 4.0;
 
 /// Climbs from the base until nothing passes the gates.
 pub(crate) fn explore(
@@ -95,7 +97,7 @@ pub(crate) fn explore(
         let Some(next) = search.accept(&state, round)? else { break };
         let next = without_passengers(search, next, state.accepted.len(), step, unseen)?;
         let mut refused = unseen.map(|u| u.refused(&state, &next)).unwrap_or_default();
-        refused.extend(unlikely(&state, &next));
+        refused.extend(unlikely(search, &state, &next));
         if !refused.is_empty() {
             for (trial, reason) in refused {
                 search.refuse(&trial, step, reason);
@@ -121,8 +123,13 @@ pub(crate) fn explore(
 
 // The rows are formed about a motion in which some of the noise is left, and an effect that averages or delays it, a dead
 // time above all, may gain by that alone. About a motion that the new model has smoothed itself the gain is gone: the
-// likelihood of all samples falls as much as the rows promised where the effect is real.
-fn unlikely(before: &State, after: &State) -> Option<(Trial, String)> {
+// likelihood of all samples falls as much as the rows promised where the effect is real. Of a model that is far from
+// the noise no such motion is worth anything, and no small gain either.
+fn unlikely(search: &Search, before: &State, after: &State) -> Option<(Trial, String)> {
+    let counted = search.problem.form.layout().counted();
+    if before.fitted.objective > FAR * counted {
+        return None;
+    }
     let (old, new) = (before.reference.as_ref()?.misfit, after.reference.as_ref()?.misfit);
     let added = &after.accepted[before.accepted.len()..];
     let promised: f64 = added.iter().map(|a| a.evidence.data).sum();
