@@ -4,7 +4,9 @@
 use rayon::prelude::*;
 
 use sinew_identify::{Options, Verdict};
-use sinew_tests::{Case, Conditions, foreign_causes, hidden_effects, judge, null_case, one_joint};
+use sinew_tests::{
+    Case, Conditions, drawn_case, foreign_causes, hidden_effects, judge, null_case, one_joint,
+};
 
 // One effect of each family and kind of screen, in one joint.
 const FIXED: [&str; 11] = [
@@ -56,6 +58,21 @@ fn nothing_is_named_where_nothing_is_hidden() {
         })
         .count();
     assert_eq!(alarms, 0);
+}
+
+// A light joint whose link has no encoder, from which a reference could drift off; and a torque noise of a quarter of the
+// friction in motion that says little, where a dead time is feigned.
+#[test]
+fn nothing_is_named_in_arms_by_chance_where_nothing_is_hidden() {
+    let named: Vec<_> = [2002, 2209]
+        .into_par_iter()
+        .filter_map(|seed| {
+            let (arm, case) = drawn_case(seed, 1.0, Some("nothing"));
+            let (outcome, _) = judge(&arm, &case, &Options::default()).expect("the arm can be simulated");
+            (outcome.verdict != Verdict::Adequate).then_some((seed, outcome))
+        })
+        .collect();
+    assert!(named.is_empty(), "{named:?}");
 }
 
 // A dwell friction passes every gate as a Stribeck friction; what that leaves gives it away.

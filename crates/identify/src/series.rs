@@ -200,3 +200,22 @@ fn shifted<S: Scalar>(x: &[S], delay: S, step: f64) -> Vec<S> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // u = sin 2π2t, logged by a drive with d = 3.4 ms, T = 5 ms:  what of it acts is u.
+    #[test]
+    fn what_acts_is_what_the_log_was_made_of() {
+        let step = 1e-3;
+        let torque: Vec<f64> =
+            (0..2000).map(|k| (4.0 * std::f64::consts::PI * k as f64 * step).sin()).collect();
+        let drive = Actuation { delay: 3.4e-3, lag: 5e-3, ..Actuation::default() };
+        let logged = shifted(&led(torque.clone(), drive.lag, step), -drive.delay, step);
+        let acting = delivered(&logged, &drive, step);
+        let off = |x: &[f64]| (100..1900).map(|k| (x[k] - torque[k]).abs()).fold(0.0, f64::max);
+        // A hold of lag: half a step of the slope.
+        assert!(off(&acting) < 0.007 && off(&logged) > 0.1, "{} {}", off(&acting), off(&logged));
+    }
+}
