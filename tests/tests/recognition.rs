@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use sinew_identify::{Options, Verdict};
 use sinew_tests::{
-    Case, Conditions, drawn_case, foreign_causes, hidden_effects, judge, null_case, one_joint,
+    Arm, Case, Conditions, Outcome, drawn_case, foreign_causes, hidden_effects, judge, null_case, one_joint,
 };
 
 // One effect of each family and kind of screen, in one joint.
@@ -64,13 +64,12 @@ fn nothing_is_named_where_nothing_is_hidden() {
 // friction in motion that says little, where a dead time is feigned.
 #[test]
 fn nothing_is_named_in_arms_by_chance_where_nothing_is_hidden() {
-    let named: Vec<_> = [2002, 2209]
-        .into_par_iter()
-        .filter_map(|seed| {
-            let (arm, case) = drawn_case(seed, 1.0, Some("nothing"));
-            let (outcome, _) = judge(&arm, &case, &Options::default()).expect("the arm can be simulated");
-            (outcome.verdict != Verdict::Adequate).then_some((seed, outcome))
-        })
+    let light = Arm::drawn(2002);
+    let led = null_case(&light, Conditions::named("motor", "coarse").expect("conditions of the suite"), 2002);
+    let named: Vec<Outcome> = [(light, led), drawn_case(2209, 1.0, Some("nothing"))]
+        .par_iter()
+        .map(|(arm, case)| judge(arm, case, &Options::default()).expect("the arm can be simulated").0)
+        .filter(|outcome| outcome.verdict != Verdict::Adequate)
         .collect();
     assert!(named.is_empty(), "{named:?}");
 }
