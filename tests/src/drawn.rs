@@ -40,7 +40,7 @@ impl Draws {
 const GRAVITY: f64 = 9.81;
 
 impl Arm {
-    /// An arm by chance: one to three joints about axes upright, across or along the links, 0.8 to 25 kg a link,
+    /// An arm by chance: one to three joints about upright or level axes across the links, 0.2 to 34 kg a link,
     /// antiresonances of 6 to 18 Hz with rotors clamped, rotors of 0.2 to 1.6 of what they move.
     pub fn drawn(seed: u64) -> Self {
         let draws = &mut Draws::new(seed, "arm");

@@ -123,8 +123,8 @@ pub(crate) fn explore(
 
 // The rows are formed about a motion in which some of the noise is left, and an effect that averages or delays it, a dead
 // time above all, may gain by that alone. About a motion that the new model has smoothed itself the gain is gone: the
-// likelihood of all samples falls as much as the rows promised where the effect is real. Of a model that is far from
-// the noise no such motion is worth anything, and no small gain either.
+// −2 log likelihood of all samples falls by what the rows promised and more where the effect is real. Of a model that is
+// far from the noise no such motion is worth anything, and no small gain either.
 fn unlikely(search: &Search, before: &State, after: &State) -> Option<(Trial, String)> {
     let counted = search.problem.form.layout().counted();
     if before.fitted.objective > FAR * counted {

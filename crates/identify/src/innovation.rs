@@ -63,8 +63,8 @@ pub(crate) struct Innovation {
 // Most rounds of noise and smoothing, and the change of ln noise below which they end.
 const ROUNDS: usize = 5;
 const SETTLED_NOISE: f64 = 0.15;
-// Tries to make a motion better, and what −2 log likelihood may rise by a sample.
-const HALVINGS: usize = 3;
+// Shares of the way that are tried, each half of the one before, and what −2 log likelihood may rise by a sample.
+const TRIES: usize = 3;
 const WORSE: f64 = 0.01;
 
 impl Innovation {
@@ -250,7 +250,7 @@ impl<'a> Pass<'a> {
     }
 
     // The pass along the motions asked for. Friction near rest bends within less than a smoother's correction, which may
-    // then lead further off than it came from: where a motion fits worse, half of the way is tried; none if every one does.
+    // then lead further off than it came from: where a run fits worse, half of the way is tried; none if one still does.
     fn bettered(
         &self,
         mut motions: Vec<Motion>,
@@ -258,7 +258,7 @@ impl<'a> Pass<'a> {
         about: impl Fn(Vec<Motion>) -> Self,
     ) -> Option<Self> {
         let before = self.misfits(noise);
-        for _ in 0..HALVINGS {
+        for _ in 0..TRIES {
             let next = about(motions.clone());
             let worse: Vec<bool> = (next.misfits(noise).iter().zip(&before).zip(&self.records))
                 .map(|((after, before), record)| *after > before + WORSE * record.len() as f64)
