@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! cargo run --release -p sinew-tests --example recognition -- effects|pairs|foreign|nothing|drawn [KEY=VALUE…]
-//!     seeds=FIRST..END   arms=1,2,6   sensors=full,motor   encoders=fine,coarse   sizes=1,0.3   only=EFFECT
+//!     seeds=FIRST..END   arms=1,2,6   sensors=full,motor,current,link   encoders=fine,coarse   sizes=1,0.3   only=EFFECT
 //!     into=docs/recognition.md   as=NAME      the tables go between <!-- NAME --> and <!-- /NAME --> of that page
 //! ```
 
@@ -17,8 +17,8 @@ use sinew_effects::CATALOGUE;
 use sinew_identify::{Options, Verdict};
 use sinew_simulate::Stream;
 use sinew_tests::{
-    Arm, Case, Conditions, Hidden, Outcome, confusion, drawn_case, foreign_causes, hidden_effects, judge,
-    null_case,
+    Arm, Case, Conditions, Hidden, Outcome, Sensors, confusion, drawn_case, foreign_causes, hidden_effects,
+    judge, null_case,
 };
 
 type Failure = Box<dyn std::error::Error>;
@@ -30,7 +30,7 @@ fn main() -> Result<(), Failure> {
     let (Some((name, draw, print)), Some(population)) =
         (part, Population::asked(args.get(1..).unwrap_or(&[])))
     else {
-        return Err("usage: recognition effects|pairs|foreign|nothing|drawn [seeds=0..3] [arms=1,2,6] [sensors=full,motor] [encoders=fine,coarse] [sizes=1] [only=EFFECT] [into=PAGE [as=NAME]]".into());
+        return Err("usage: recognition effects|pairs|foreign|nothing|drawn [seeds=0..3] [arms=1,2,6] [sensors=full,motor,current,link] [encoders=fine,coarse] [sizes=1] [only=EFFECT] [into=PAGE [as=NAME]]".into());
     };
     let tables = population.tables(&args, *draw, *print);
     println!("{tables}");
@@ -59,6 +59,8 @@ struct Population {
     conditions: Vec<(String, Conditions)>,
     sizes: Vec<f64>,
     only: Option<String>,
+    // Of arms by chance, where they are not by chance.
+    sensors: Option<Sensors>,
     into: Option<String>,
     name: Option<String>,
 }
@@ -103,6 +105,7 @@ impl Population {
             conditions,
             sizes: words("sizes", "1").iter().map(|s| s.parse().ok()).collect::<Option<_>>()?,
             only: word("only").map(str::to_owned),
+            sensors: word("sensors").and_then(Sensors::named),
             into: word("into").map(str::to_owned),
             name: word("as").map(str::to_owned),
         })
@@ -138,7 +141,7 @@ impl Population {
     // The effects that this part may hide.
     fn hidden(&self, arm: &Arm, dof: usize, size: f64, conditions: Conditions) -> Vec<Hidden> {
         let all = hidden_effects(arm, dof, size).into_iter();
-        let seen = all.filter(|h| conditions.link_encoders || !h.needs_link_encoder());
+        let seen = all.filter(|h| h.is_seen_by(conditions.sensors));
         seen.filter(|h| self.only.as_ref().is_none_or(|o| h.effect == o)).collect()
     }
 
@@ -208,7 +211,7 @@ fn nothing(population: &Population, arm: &Arm, conditions: Conditions) -> Vec<Ca
 // Arms and conditions by chance, a case for each seed and size.
 fn drawn(population: &Population) -> Vec<Asked> {
     let of = |(seed, size): (u64, f64)| {
-        let (arm, case) = drawn_case(seed, size, population.only.as_deref());
+        let (arm, case) = drawn_case(seed, size, population.only.as_deref(), population.sensors);
         let mut groups = vec![arm.robot.model.name.replace('_', " ")];
         groups.extend(case.conditions.factors());
         Asked { arm: Arc::new(arm), case, groups }

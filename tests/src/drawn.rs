@@ -7,7 +7,7 @@ use sinew_simulate::Stream;
 
 use crate::robots::{friction, spring};
 use crate::suite::STEP_17_BIT;
-use crate::{Arm, Case, Conditions, Data, hidden_effects, null_case};
+use crate::{Arm, Case, Conditions, Data, Sensors, hidden_effects, null_case};
 
 // Draws of one stream, one after the other.
 struct Draws {
@@ -118,7 +118,7 @@ impl Conditions {
         Self {
             period,
             every,
-            link_encoders: draws.one_of(&[true, false]),
+            sensors: draws.one_of(&[Sensors::Full, Sensors::Motor]),
             motor_step: draws.one_of(&[STEP_17_BIT, STEP_17_BIT / gear, 32.0 * STEP_17_BIT / gear]),
             torque_noise: draws.one_of(&[1.0 / 3.0, 1.0, 3.0]),
             data: draws.one_of(&[Data::Rich, Data::Rich, Data::Excitation, Data::PickAndPlace, Data::Slow]),
@@ -127,7 +127,12 @@ impl Conditions {
 
     /// The conditions in words, factor by factor.
     pub fn factors(&self) -> [String; 5] {
-        let sensors = if self.link_encoders { "link encoders" } else { "motor side only" };
+        let sensors = match self.sensors {
+            Sensors::Full => "link encoders",
+            Sensors::Motor => "motor side only",
+            Sensors::Current => "currents",
+            Sensors::Link => "behind the gear",
+        };
         let bits = (TAU / self.motor_step).log2();
         let encoder = if bits < 17.5 { "coarse encoders" } else { "fine encoders" };
         [
@@ -151,13 +156,14 @@ impl Conditions {
 }
 
 /// A case by chance, a pure function of its seed: arm, conditions, and an effect at one of the joints, the one asked for
-/// if there is one; else every sixth seed hides nothing.
-pub fn drawn_case(seed: u64, size: f64, only: Option<&str>) -> (Arm, Case) {
-    let (arm, conditions) = (Arm::drawn(seed), Conditions::drawn(seed));
+/// if there is one; else every sixth seed hides nothing. Sensors may be given instead of drawn.
+pub fn drawn_case(seed: u64, size: f64, only: Option<&str>, sensors: Option<Sensors>) -> (Arm, Case) {
+    let (arm, drawn) = (Arm::drawn(seed), Conditions::drawn(seed));
+    let conditions = Conditions { sensors: sensors.unwrap_or(drawn.sensors), ..drawn };
     let draws = &mut Draws::new(seed, "hidden");
     let dof = (draws.uniform(0.0, arm.robot.model.nv as f64) as usize).min(arm.robot.model.nv - 1);
     let mut hidden = hidden_effects(&arm, dof, size);
-    hidden.retain(|h| conditions.link_encoders || !h.needs_link_encoder());
+    hidden.retain(|h| h.is_seen_by(conditions.sensors));
     hidden.retain(|h| only.is_none_or(|o| h.effect == o));
     let chosen = draws.uniform(0.0, hidden.len() as f64) as usize;
     let case = match hidden.get(chosen) {

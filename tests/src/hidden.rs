@@ -3,6 +3,7 @@
 use sinew_model::{EffectSpec, Place, Robot, Setting};
 
 use crate::Arm;
+use crate::Sensors;
 use crate::suite::MEAN_TEMPERATURE;
 
 /// How an effect is hidden.
@@ -28,9 +29,14 @@ pub struct Hidden {
 }
 
 impl Hidden {
-    /// True if only a link encoder shows it.
-    pub fn needs_link_encoder(&self) -> bool {
-        ["position_sensor_offset", "position_sensor_scale", "time_skew"].contains(&self.effect)
+    /// True if these sensors can show it.
+    pub fn is_seen_by(&self, sensors: Sensors) -> bool {
+        let is_one_of = |names: &[&str]| names.contains(&self.effect);
+        match sensors {
+            Sensors::Full => true,
+            Sensors::Motor | Sensors::Current => !is_one_of(&OF_LINK_ENCODERS),
+            Sensors::Link => is_one_of(&BEHIND_THE_GEAR),
+        }
     }
 }
 
@@ -44,6 +50,21 @@ pub fn hidden_effects(arm: &Arm, dof: usize, size: f64) -> Vec<Hidden> {
     list.extend(changed(arm, dof, &joint));
     list
 }
+
+// What only a link encoder beside a motor's shows, and what torque and position behind the gear do.
+const OF_LINK_ENCODERS: [&str; 3] = ["position_sensor_offset", "position_sensor_scale", "time_skew"];
+const BEHIND_THE_GEAR: [&str; 10] = [
+    "payload",
+    "link_inertia",
+    "link_first_moment",
+    "link_viscous_friction",
+    "link_coulomb_friction",
+    "balancer_spring",
+    "contact",
+    "base_tilt",
+    "base_compliance",
+    "link_bending_mode",
+];
 
 // Keys that give a shape: they do not shrink with an effect's size.
 const SHAPES: [&str; 9] = [

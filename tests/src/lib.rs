@@ -16,5 +16,5 @@ pub use hidden::{Hidden, hidden_effects};
 pub use nulls::{Estimate, NullCase, null_statistics};
 pub use robots::{Arm, one_joint, six_joints, two_joints};
 pub use suite::{
-    Case, Conditions, Data, Outcome, Outside, confusion, judge, measure, measure_for, null_case,
+    Case, Conditions, Data, Outcome, Outside, Sensors, confusion, judge, measure, measure_for, null_case,
 };

@@ -18,8 +18,8 @@ use crate::{Arm, Foreign, Hidden};
 /// How well a case is measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Conditions {
-    /// True if the links have encoders of their own.
-    pub link_encoders: bool,
+    /// What is logged.
+    pub sensors: Sensors,
     /// Step of the motors' encoders on the link side, rad.
     pub motor_step: f64,
     /// Torque noise, in units of the arm's own.
@@ -30,6 +30,36 @@ pub struct Conditions {
     pub every: usize,
     /// What the arm was made to do.
     pub data: Data,
+}
+
+/// What is logged of every joint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sensors {
+    /// Motor torque, motor and link position.
+    Full,
+    /// Motor torque and position.
+    Motor,
+    /// Motor current and position; the torque constant is stated.
+    Current,
+    /// Torque and position behind the gear.
+    Link,
+}
+
+impl Sensors {
+    /// Sensors by name.
+    pub fn named(name: &str) -> Option<Self> {
+        let all =
+            [("full", Self::Full), ("motor", Self::Motor), ("current", Self::Current), ("link", Self::Link)];
+        all.into_iter().find(|(n, _)| *n == name).map(|(_, sensors)| sensors)
+    }
+
+    fn quantities(self) -> Vec<Quantity> {
+        match self {
+            Self::Full => vec![Quantity::MotorPosition, Quantity::MotorTorque, Quantity::JointPosition],
+            Self::Motor | Self::Current => vec![Quantity::MotorPosition, Quantity::MotorTorque],
+            Self::Link => vec![Quantity::JointPosition, Quantity::JointTorque],
+        }
+    }
 }
 
 /// What an arm was made to do.
@@ -51,7 +81,7 @@ pub(crate) const STEP_17_BIT: f64 = std::f64::consts::TAU / 131_072.0;
 impl Conditions {
     /// Motor encoders of 17 bit a motor turn, link encoders.
     pub const FULL: Self = Self {
-        link_encoders: true,
+        sensors: Sensors::Full,
         motor_step: STEP_17_BIT / GEAR_RATIO,
         torque_noise: 1.0,
         period: 1e-3,
@@ -59,19 +89,15 @@ impl Conditions {
         data: Data::Rich,
     };
 
-    /// Conditions by name: `full` or `motor`, then `fine` (17 bit a motor turn) or `coarse` (17 bit a joint turn).
+    /// Conditions by name: the sensors `full`, `motor`, `current` or `link`, then `fine` (17 bit a motor turn) or `coarse` (17 bit a joint turn).
     pub fn named(sensors: &str, encoder: &str) -> Option<Self> {
-        let link_encoders = match sensors {
-            "full" => true,
-            "motor" => false,
-            _ => return None,
-        };
+        let sensors = Sensors::named(sensors)?;
         let motor_step = match encoder {
             "fine" => STEP_17_BIT / GEAR_RATIO,
             "coarse" => STEP_17_BIT,
             _ => return None,
         };
-        Some(Self { link_encoders, motor_step, ..Self::FULL })
+        Some(Self { sensors, motor_step, ..Self::FULL })
     }
 }
 
@@ -123,6 +149,9 @@ impl Case {
     /// The case that hides `hidden` in `arm`: nothing, one effect or several.
     pub fn new(arm: &Arm, hidden: &[&Hidden], conditions: Conditions, seed: u64) -> Self {
         let mut model = arm.robot.clone();
+        if conditions.sensors == Sensors::Current {
+            model.joints.iter_mut().for_each(|j| j.torque_constant = Some(TORQUE_CONSTANT));
+        }
         let mut truth = deviated(&arm.robot, seed);
         for hidden in hidden {
             match &hidden.how {
@@ -205,12 +234,14 @@ fn recorded(
     let mut noise = Noise::default()
         .with(Quantity::MotorPosition, 0.3 * case.conditions.motor_step, case.conditions.motor_step)
         .with(Quantity::JointPosition, 0.3 * LINK_STEP, LINK_STEP);
-    noise.sensors.extend(arm.torque_noise.iter().enumerate().map(|(dof, &std)| SensorNoise {
-        quantity: Quantity::MotorTorque,
-        joint: Some(case.model.model.dof_name(dof).to_owned()),
-        std: std * case.conditions.torque_noise,
-        resolution: 0.0,
-    }));
+    for quantity in [Quantity::MotorTorque, Quantity::JointTorque] {
+        noise.sensors.extend(arm.torque_noise.iter().enumerate().map(|(dof, &std)| SensorNoise {
+            quantity,
+            joint: Some(case.model.model.dof_name(dof).to_owned()),
+            std: std * case.conditions.torque_noise,
+            resolution: 0.0,
+        }));
+    }
     motions
         .into_iter()
         .enumerate()
@@ -219,10 +250,7 @@ fn recorded(
             let start: Vec<f64> = (0..case.model.model.nv).map(|d| reference.at(d, 0.0).position).collect();
             let mut options = Simulation::new(&truth, duration, case.conditions.period);
             options.start = Start::balanced(&truth, &parameters, &start)?;
-            options.quantities = vec![Quantity::MotorPosition, Quantity::MotorTorque];
-            if case.conditions.link_encoders {
-                options.quantities.push(Quantity::JointPosition);
-            }
+            options.quantities = case.conditions.sensors.quantities();
             let temperature: Vec<f64> = options.times.iter().map(|t| temperature(k, t / duration)).collect();
             for &dof in truth.joints() {
                 options.temperature[dof] = Some(temperature.clone());
@@ -234,12 +262,27 @@ fn recorded(
             let mut run = simulate(&truth, &parameters, &mut controller, &options)?.run;
             run.name = format!("run_{k}");
             thin(&mut run, case.conditions.every);
+            if case.conditions.sensors == Sensors::Current {
+                told_by_current(&mut run);
+            }
             if let Some((change, joint)) = &case.logged {
                 change(&mut run, joint);
             }
             Ok(run)
         })
         .collect()
+}
+
+// Torque constant of every joint, seen behind its gear, N·m/A.
+const TORQUE_CONSTANT: f64 = 4.0;
+
+// Torques as the currents that make them.
+fn told_by_current(run: &mut Run) {
+    for signal in run.signals.iter_mut().filter(|s| s.quantity == Quantity::MotorTorque) {
+        signal.quantity = Quantity::MotorCurrent;
+        signal.values.iter_mut().for_each(|x| *x /= TORQUE_CONSTANT);
+        signal.std = signal.std.map(|s| s / TORQUE_CONSTANT);
+    }
 }
 
 // Keeps every so manyth row.

@@ -66,12 +66,37 @@ fn nothing_is_named_where_nothing_is_hidden() {
 fn nothing_is_named_in_arms_by_chance_where_nothing_is_hidden() {
     let light = Arm::drawn(2002);
     let led = null_case(&light, Conditions::named("motor", "coarse").expect("conditions of the suite"), 2002);
-    let named: Vec<Outcome> = [(light, led), drawn_case(2209, 1.0, Some("nothing"))]
+    let named: Vec<Outcome> = [(light, led), drawn_case(2209, 1.0, Some("nothing"), None)]
         .par_iter()
         .map(|(arm, case)| judge(arm, case, &Options::default()).expect("the arm can be simulated").0)
         .filter(|outcome| outcome.verdict != Verdict::Adequate)
         .collect();
     assert!(named.is_empty(), "{named:?}");
+}
+
+// Torque behind the gear shows links without their springs, a current shows motors in its own unit.
+#[test]
+fn torques_behind_the_gear_and_currents_are_read() {
+    let arm = one_joint();
+    let all = hidden_effects(&arm, 0, 1.0);
+    let case = |sensors, effect: &str| {
+        let conditions = Conditions::named(sensors, "coarse").expect("conditions of the suite");
+        let hidden: Vec<_> = all.iter().filter(|h| h.effect == effect).collect();
+        Case::new(&arm, &hidden, conditions, 302)
+    };
+    let cases = [
+        case("link", "nothing"),
+        case("link", "link_bending_mode"),
+        case("link", "link_coulomb_friction"),
+        case("current", "stribeck_friction"),
+    ];
+    let wrong: Vec<Outcome> = cases
+        .par_iter()
+        .map(|case| (case, judge(&arm, case, &Options::default()).expect("the arm can be simulated").0))
+        .filter(|(case, outcome)| !case.is_right(outcome))
+        .map(|(_, outcome)| outcome)
+        .collect();
+    assert!(wrong.is_empty(), "{wrong:?}");
 }
 
 // A dwell friction passes every gate as a Stribeck friction; what that leaves gives it away.

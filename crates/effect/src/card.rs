@@ -293,14 +293,18 @@ pub enum Requirement {
     Parent(&'static str),
     /// The joint must be elastic in the model.
     Elastic,
-    /// The joint must be rigid in the model.
+    /// The joint must be rigid in the model, and its motor's position measured.
     Rigid,
+    /// The balance of the link must be seen beside that of the motor: an elastic joint, or torque behind the gear.
+    LinkBalance,
     /// The link-side position must be measured beside the motor's.
     LinkEncoder,
     /// Either of the above two: an elastic joint or both encoders.
     ElasticOrLinkEncoder,
     /// The motor torque must be measured.
     MotorTorque,
+    /// The motor torque or that behind the gear must be measured.
+    Torque,
     /// The robot must have at least this many joints.
     Joints(usize),
     /// The joint must turn, not slide.

@@ -51,7 +51,7 @@ static CARD: Card = Card {
         hertz: &[5.0, 6.3, 7.9, 9.9, 12.4, 15.5, 19.4, 24.3, 30.5],
         shares: &[0.2],
     },
-    requires: &[Requirement::MotorTorque, Requirement::Turning],
+    requires: &[Requirement::Torque, Requirement::Turning],
     rivals: &[
         rival(
             "joint_elasticity",

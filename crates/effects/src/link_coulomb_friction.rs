@@ -31,7 +31,7 @@ static CARD: Card = Card {
         Parameter::shape("smoothing_velocity", "v₀", "rad/s", &[2e-3], (1e-5, 0.5), Prior::Factor(0.5)),
     ],
     screening: Screening::Linear,
-    requires: &[Requirement::Elastic],
+    requires: &[Requirement::LinkBalance],
     rivals: &[
         twin("coulomb_friction", "a link-side encoder or torque sensor, and slow reversals"),
         rival("transmission_hysteresis", "slow load cycles of two amplitudes, and reversals without load"),

@@ -28,7 +28,7 @@ static CARD: Card = Card {
     energy: Energy::Dissipates,
     parameters: &[Parameter::positive("viscous", "F_vℓ", "N·m·s/rad", Prior::Share(0.2))],
     screening: Screening::Linear,
-    requires: &[Requirement::Elastic],
+    requires: &[Requirement::LinkBalance],
     rivals: &[
         twin(
             "viscous_friction",

@@ -41,10 +41,12 @@ pub(crate) fn requirement(requirement: &Requirement) -> String {
     match requirement {
         Requirement::Parent(name) => format!("{name} in the model"),
         Requirement::Elastic => "an elastic joint".to_owned(),
-        Requirement::Rigid => "a joint that is rigid in the model".to_owned(),
+        Requirement::Rigid => "a joint that is rigid in the model, and its motor's position".to_owned(),
+        Requirement::LinkBalance => "an elastic joint, or torque measured behind the gear".to_owned(),
         Requirement::LinkEncoder => "a link-side encoder".to_owned(),
         Requirement::ElasticOrLinkEncoder => "an elastic joint or a link-side encoder".to_owned(),
         Requirement::MotorTorque => "a measured motor torque".to_owned(),
+        Requirement::Torque => "a measured torque, of the motor or behind the gear".to_owned(),
         Requirement::Joints(n) => format!("at least {n} joints"),
         Requirement::Temperature { .. } => "a logged temperature of the joint that changes".to_owned(),
         Requirement::Turning => "a joint that turns".to_owned(),

@@ -91,7 +91,7 @@ fn chosen(
     };
     let plant = Plant::with_effects(robot, &prepared.base_specs(robot, catalogue), catalogue)?;
     form.renew(&plant, &plant.parameters());
-    Ok((Some(form), why))
+    Ok((Some(form.sure()), why))
 }
 
 // True if the torque noise of a joint is larger than what was logged of its torque.

@@ -1,8 +1,8 @@
 //! What is checked before any physics: a failed check refuses the runs, a suspicion is the first finding.
 
 use sinew_data::{Note, Quantity, Run, Severity, check_run};
-use sinew_effect::Catalogue;
-use sinew_model::Robot;
+use sinew_effect::{Catalogue, Requirement};
+use sinew_model::{EffectSpec, Place, Robot};
 
 use crate::comparison::Prepared;
 use crate::report::Finding;
@@ -21,10 +21,47 @@ pub(crate) fn begun(
     options: &Options,
 ) -> Result<(Robot, Prepared, Vec<Finding>), IdentifyError> {
     let (robot, still) = held(robot, runs);
+    let (robot, behind) = seen_from_links(robot, catalogue, runs);
     let prepared = Prepared::new(&robot, runs, options)?;
     let suspicions = checked(&robot, catalogue, runs, &prepared, options)?;
-    let findings = still.into_iter().chain(suspicions).collect();
+    let findings = still.into_iter().chain(behind).chain(suspicions).collect();
     Ok((robot, prepared, findings))
+}
+
+// The robot without the springs between motors whose position no run has and links whose position is imposed instead, and
+// the finding that says so.
+fn seen_from_links(robot: Robot, catalogue: &Catalogue, runs: &[Run]) -> (Robot, Option<Finding>) {
+    let name = |dof: usize| robot.model.dof_name(dof);
+    let has = |dof: usize, quantity| runs.iter().all(|run| run.signal(quantity, name(dof)).is_some());
+    let is_behind = |&dof: &usize| has(dof, Quantity::JointPosition) && !has(dof, Quantity::MotorPosition);
+    let is_sprung = |&dof: &usize| {
+        robot.joints[dof].stiffness.is_some() || robot.couplings.iter().any(|c| c.dofs.contains(&dof))
+    };
+    let behind: Vec<usize> = (0..robot.model.nv).filter(is_behind).filter(is_sprung).collect();
+    if behind.is_empty() {
+        return (robot, None);
+    }
+    let names: Vec<&str> = behind.iter().map(|&dof| name(dof)).collect();
+    let finding = Finding {
+        joint: names.join(", "),
+        signal: String::new(),
+        regime: "data".to_owned(),
+        statement: format!(
+            "no motor position of {} in the runs: the link's is imposed and the spring before it left out, which holds well below its antiresonance",
+            listed(&names)
+        ),
+        share: 0.0,
+    };
+    let needs_spring = |spec: &EffectSpec| {
+        let card = catalogue.find(&spec.kind).map(|entry| entry.card);
+        card.is_some_and(|card| card.requires.contains(&Requirement::Elastic))
+    };
+    let places: Vec<Place> = names.iter().map(|name| Place::Joint((*name).to_owned())).collect();
+    let mut rigid = robot.clone();
+    behind.iter().for_each(|&dof| rigid.joints[dof].stiffness = None);
+    rigid.couplings.retain(|c| !c.dofs.iter().any(|dof| behind.contains(dof)));
+    rigid.effects.retain(|spec| !(places.contains(&spec.place) && needs_spring(spec)));
+    (rigid, Some(finding))
 }
 
 // Suspicions about runs, as findings; `prepared`: the same runs. The first check that fails outright is an error, unless
@@ -99,5 +136,41 @@ fn finding(note: Note) -> Finding {
         regime: "data".to_owned(),
         statement: format!("{}: {}", note.place, note.statement),
         share: 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sinew_data::Signal;
+    use sinew_effects::CATALOGUE;
+    use sinew_model::{JointSettings, samples};
+
+    use super::*;
+
+    // A spring between an imposed link and itself would swing where nothing does.
+    #[test]
+    fn a_joint_whose_motor_is_not_seen_keeps_no_spring() {
+        let model = samples::planar_arm(2, 4.0, 0.5);
+        let joints: Vec<String> = (0..2).map(|dof| model.dof_name(dof).to_owned()).collect();
+        let spring = JointSettings { stiffness: Some(9e3), rotor_inertia: 0.4, ..JointSettings::default() };
+        let at = |kind: &str, dof: usize| EffectSpec::new(kind, Place::Joint(joints[dof].clone()));
+        let robot = Robot {
+            joints: vec![spring.clone(), spring],
+            effects: vec![
+                at("backlash", 0).with("half_width", 1e-4),
+                at("link_coulomb_friction", 0).with("coulomb", 1.0),
+                at("backlash", 1).with("half_width", 1e-4),
+            ],
+            ..Robot::rigid(model)
+        };
+        let signal = |quantity, dof: usize| Signal::new(quantity, &joints[dof], vec![0.0; 3]);
+        let positions = [(Quantity::JointPosition, 0), (Quantity::MotorPosition, 1)];
+        let signals = positions.map(|(quantity, dof)| signal(quantity, dof)).to_vec();
+        let run = Run::new("run".to_owned(), vec![0.0, 1.0, 2.0], signals).unwrap();
+        let (rigid, finding) = seen_from_links(robot.clone(), &CATALOGUE, &[run]);
+        assert_eq!(rigid.joints[0].stiffness, None);
+        assert_eq!(rigid.joints[1], robot.joints[1]);
+        assert_eq!(rigid.effects, robot.effects[1..]);
+        assert!(finding.unwrap().statement.contains(&joints[0]));
     }
 }

@@ -13,7 +13,7 @@ use crate::explore::{Explored, explore, widening};
 use crate::fitting::{ParameterReport, Reported, parameters};
 use crate::gates::Evidence;
 use crate::limits::{DetectionLimit, limits};
-use crate::probability::{Likeness, probability};
+use crate::probability::{Likeness, likelihood_of_tied, probability};
 use crate::remainder::left_of_channels;
 use crate::report::{Finding, Refusal, Verdict};
 use crate::search::{Accepted as Entry, Search, State};
@@ -270,7 +270,7 @@ fn rivals(search: &Search, entry: &Entry, probability: f64) -> Vec<RivalReport> 
         .rivals
         .iter()
         .map(|(trial, distance)| {
-            (trial.card.name.to_owned(), trial.place.to_string(), (-distance.max(0.0) / 4.0).exp())
+            (trial.card.name.to_owned(), trial.place.to_string(), likelihood_of_tied(*distance))
         })
         .collect();
     for rival in card.rivals.iter().filter(|r| r.structural) {

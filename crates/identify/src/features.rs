@@ -3,6 +3,9 @@
 //! Source: Rahimi & Recht, *Random features for large-scale kernel machines*, NIPS 2007.
 
 use rand::{Rng, SeedableRng, rngs::SmallRng};
+use rayon::prelude::*;
+
+use sinew_effect::DIRECTIONS;
 
 use crate::record::{Channel, Record};
 use crate::residual::Layout;
@@ -26,10 +29,14 @@ pub(crate) fn random_features(records: &[Record], layout: &Layout, count: usize,
         for segment in layout.of_channel(c) {
             let (record, x) = (&records[segment.record], &inputs[segment.record]);
             let (speed, hold) = (&record.thetad[channel.dof], (record.scales.every / HOLDS).max(1));
-            let series: Vec<Vec<f64>> = drawn.iter().map(|f| f.along(x, &standard, speed, hold)).collect();
-            for (column, rows) in columns.iter_mut().zip(record.generic_rows(c, &series)) {
-                column[segment.first..segment.first + segment.len].copy_from_slice(&rows);
-            }
+            let jobs = columns.par_chunks_mut(DIRECTIONS).zip(drawn.par_chunks(DIRECTIONS));
+            jobs.for_each(|(columns, drawn)| {
+                let series: Vec<Vec<f64>> =
+                    drawn.iter().map(|f| f.along(x, &standard, speed, hold)).collect();
+                for (column, rows) in columns.iter_mut().zip(record.generic_rows(c, &series)) {
+                    column[segment.first..segment.first + segment.len].copy_from_slice(&rows);
+                }
+            });
         }
     }
     columns

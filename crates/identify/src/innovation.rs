@@ -47,6 +47,8 @@ pub(crate) struct Reference {
     pub torque_noise: Vec<f64>,
     /// −2 log likelihood of what was measured, by the model that the reference was taken from.
     pub misfit: f64,
+    // How uncertain the velocity of every joint that moves is, by run.
+    speed_noise: Vec<Vec<f64>>,
 }
 
 /// The innovation residual of some runs.
@@ -66,6 +68,8 @@ const SETTLED_NOISE: f64 = 0.15;
 // Shares of the way that are tried, each half of the one before, and what −2 log likelihood may rise by a sample.
 const TRIES: usize = 3;
 const WORSE: f64 = 0.01;
+// Standard deviations of a velocity from rest within which it may be rest.
+const UNSURE: f64 = 2.0;
 
 impl Innovation {
     /// Why runs with these sensors have no such residual; none if they have one.
@@ -99,10 +103,21 @@ impl Innovation {
             runs.iter().map(|run| Even::new(robot, run, sensors, scales)).unzip();
         let records: Vec<Record> =
             runs.iter().zip(&motions).map(|(run, motion)| run.record(motion)).collect();
-        let layout = Layout::of(&records, &channels, TRANSIENT);
+        let layout = Layout::of(&records, &channels, TRANSIENT, |_, _| 0.0);
         let reference = Reference { records, ..Reference::default() };
         let reference = RwLock::new(Arc::new(reference));
         Some(Self { channels, joints, runs, layout, smooth: motions, reference })
+    }
+
+    /// The same with the present reference's velocities known as well as its noise lets them: where a motor may rest or
+    /// not, friction is no row of a linear filter.
+    pub fn sure(mut self) -> Self {
+        let reference = self.present();
+        self.layout = Layout::of(&reference.records, &self.channels, TRANSIENT, |run, dof| {
+            let joint = self.joints.iter().position(|j| j.dof == dof);
+            joint.map_or(0.0, |joint| UNSURE * reference.speed_noise[run][joint])
+        });
+        self
     }
 
     /// The present reference.
@@ -159,8 +174,10 @@ impl Innovation {
         }
         let noise = noise.unwrap_or_default();
         let misfit = pass.misfits(&noise).iter().sum();
+        let speed_noise = pass.of_each_group(&noise, |kalman, _| kalman.speed_noise());
+        let speed_noise = speed_noise.into_iter().map(|groups| groups.concat()).collect();
         let (records, smooth, measured) = pass.frozen(&noise);
-        Reference { records, smooth, measured, torque_noise: noise, misfit }
+        Reference { records, smooth, measured, torque_noise: noise, misfit, speed_noise }
     }
 }
 
@@ -196,7 +213,8 @@ impl<'a> Pass<'a> {
                 let record = run.record(motion);
                 let along = along(plant, p, &record, &form.channels);
                 let system = form.system(run, &along);
-                let inputs = form.joints.iter().map(|joint| inputs(run, motion, &along, *joint)).collect();
+                let inputs =
+                    form.joints.par_iter().map(|joint| inputs(run, motion, &along, *joint)).collect();
                 (record, along, system, inputs)
             })
             .collect();
@@ -226,27 +244,21 @@ impl<'a> Pass<'a> {
 
     // The motions with the smoothed deviation added.
     fn smoothed(&self, noise: &[f64]) -> Vec<Motion> {
-        let groups = self.form.groups();
-        let runs = 0..self.records.len();
-        runs.into_par_iter()
-            .map(|run| {
-                let mut motion = self.motions[run].clone();
-                for group in &groups {
-                    let kalman = Kalman { system: &self.systems[run], group: group.clone(), noise };
-                    let deviations = kalman.smoothed(|joint, k| self.input(run, joint, k));
-                    for (joint, deviation) in self.form.joints[group.clone()].iter().zip(deviations) {
-                        // The sample after the last hold goes with it.
-                        let last = deviation.last().copied();
-                        let (theta, thetad) = (&mut motion.theta[joint.dof], &mut motion.thetad[joint.dof]);
-                        for (k, x) in deviation.iter().copied().chain(last).enumerate() {
-                            theta[k] += x[0];
-                            thetad[k] += x[1];
-                        }
-                    }
+        let mut motions = self.motions.clone();
+        let smoothed =
+            self.of_each_group(noise, |kalman, run| kalman.smoothed(|joint, k| self.input(run, joint, k)));
+        for (motion, groups) in motions.iter_mut().zip(smoothed) {
+            for (joint, deviation) in self.form.joints.iter().zip(groups.into_iter().flatten()) {
+                // The sample after the last hold goes with it.
+                let last = deviation.last().copied();
+                let (theta, thetad) = (&mut motion.theta[joint.dof], &mut motion.thetad[joint.dof]);
+                for (k, x) in deviation.iter().copied().chain(last).enumerate() {
+                    theta[k] += x[0];
+                    thetad[k] += x[1];
                 }
-                motion
-            })
-            .collect()
+            }
+        }
+        motions
     }
 
     // The pass along the motions asked for. Friction near rest bends within less than a smoother's correction, which may
@@ -277,20 +289,24 @@ impl<'a> Pass<'a> {
 
     // −2 log likelihood of every run.
     fn misfits(&self, noise: &[f64]) -> Vec<f64> {
+        let misfits = self.of_each_group(noise, |kalman, run| {
+            let (mut sum, led) = (0.0, kalman.system.led);
+            let input = |joint, k| self.input(run, joint, k);
+            kalman.misfit(usize::MAX, input, |_, k, value| sum += if k < led { 0.0 } else { value });
+            sum
+        });
+        misfits.into_iter().map(|groups| groups.into_iter().sum()).collect()
+    }
+
+    // What `work` gives for each group of joints in each run.
+    fn of_each_group<T: Send>(&self, noise: &[f64], work: impl Fn(Kalman, usize) -> T + Sync) -> Vec<Vec<T>> {
         let groups = self.form.groups();
-        let runs = 0..self.records.len();
-        runs.into_par_iter()
-            .map(|run| {
-                let mut sum = 0.0;
-                for group in &groups {
-                    let kalman = Kalman { system: &self.systems[run], group: group.clone(), noise };
-                    let input = |joint, k| self.input(run, joint, k);
-                    let led = self.systems[run].led;
-                    kalman.misfit(usize::MAX, input, |_, k, value| sum += if k < led { 0.0 } else { value });
-                }
-                sum
-            })
-            .collect()
+        let of_run = |run: usize| {
+            let kalman =
+                |group: &Range<usize>| Kalman { system: &self.systems[run], group: group.clone(), noise };
+            groups.par_iter().map(|group| work(kalman(group), run)).collect()
+        };
+        (0..self.records.len()).into_par_iter().map(of_run).collect()
     }
 
     // A kernel's velocity is that of a smooth motion; where held torques drive it, the jerk of every hold is less than that
@@ -325,7 +341,7 @@ impl<'a> Pass<'a> {
                     let kalman = Kalman { system: &system, group: group.clone(), noise };
                     (group.clone(), kalman.gains())
                 };
-                let groups = groups.iter().map(gains).collect();
+                let groups = groups.par_iter().map(gains).collect();
                 let filters = Filters { system, groups, every: even.scales.every };
                 let channels = form.channels.len();
                 let filters = Innovations { filters, joints: form.joints.clone(), channels };

@@ -145,10 +145,11 @@ impl Candidate {
 
     pub fn linearise(&self, problem: &Problem) -> Linearised {
         let positions: Vec<usize> = self.unknowns.iter().map(|u| u.position).collect();
-        Linearised {
-            residual: self.residual(problem),
-            columns: problem.form.columns(&self.plant, &self.p, &positions, problem.slopes),
-        }
+        let (residual, columns) = rayon::join(
+            || self.residual(problem),
+            || problem.form.columns(&self.plant, &self.p, &positions, problem.slopes),
+        );
+        Linearised { residual, columns }
     }
 
     /// The specifications with the present values.

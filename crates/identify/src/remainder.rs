@@ -1,9 +1,14 @@
 //! What is left: can anything at all still be predicted?
 
+use std::ops::Range;
+
+use faer::Mat;
+use rayon::prelude::*;
+
 use crate::colour::rows_of;
 use crate::features::random_features;
 use crate::gates::mean_square;
-use crate::least_squares::{Normal, cross, matrix};
+use crate::least_squares::{Normal, cross, dot, matrix};
 use crate::record::Record;
 use crate::residual::Layout;
 
@@ -64,7 +69,7 @@ fn quiet(layout: &Layout, c: usize, white: &[f64]) -> Option<f64> {
 /// seen; the best of several ridges, zero if nothing.
 pub(crate) fn predictable(records: &[Record], layout: &Layout, rows: &[f64], seed: u64) -> Vec<f64> {
     let features = random_features(records, layout, FEATURES, seed);
-    (0..layout.channels.len()).map(|c| channel(layout, c, rows, &features)).collect()
+    (0..layout.channels.len()).into_par_iter().map(|c| channel(layout, c, rows, &features)).collect()
 }
 
 fn channel(layout: &Layout, c: usize, rows: &[f64], features: &[Vec<f64>]) -> f64 {
@@ -78,35 +83,54 @@ fn channel(layout: &Layout, c: usize, rows: &[f64], features: &[Vec<f64>]) -> f6
         features[..count].iter().map(|f| kept.iter().map(|&k| f[k]).collect()).collect();
     columns.push(vec![1.0; kept.len()]);
     let y: Vec<f64> = kept.iter().map(|&k| rows[k]).collect();
-    let folds: Vec<usize> = kept.iter().map(|&k| layout.fold[k]).collect();
-    let mut names: Vec<usize> = folds.clone();
-    names.dedup();
-    let left = |ridge: f64| -> f64 {
-        names.iter().map(|&fold| unseen_square(&columns, &y, &folds, fold, ridge * kept.len() as f64)).sum()
-    };
-    let best = RIDGES.iter().map(|&r| left(r)).fold(f64::INFINITY, f64::min);
+    let folds: Vec<Fold> = kept
+        .chunk_by(|&a, &b| layout.fold[a] == layout.fold[b])
+        .scan(0, |first, rows| {
+            let rows = *first..*first + rows.len();
+            *first = rows.end;
+            Some(rows)
+        })
+        .collect::<Vec<_>>()
+        .into_par_iter()
+        .map(|rows| Fold::of(&columns, &y, rows))
+        .collect();
+    let left = |ridge: f64| unseen_square(&folds, ridge * kept.len() as f64);
+    let best = RIDGES.par_iter().map(|&r| left(r)).reduce(|| f64::INFINITY, f64::min);
     (1.0 - best / total).max(0.0)
 }
 
-// Squared error on one fold of a ridge regression that has not seen it.
-fn unseen_square(columns: &[Vec<f64>], y: &[f64], folds: &[usize], fold: usize, ridge: f64) -> f64 {
-    let seen: Vec<usize> = (0..y.len()).filter(|&k| folds[k] != fold).collect();
-    let x: Vec<Vec<f64>> = columns.iter().map(|c| seen.iter().map(|&k| c[k]).collect()).collect();
-    let x = matrix(&x);
-    let right = cross(&x, &matrix(&[seen.iter().map(|&k| y[k]).collect()]));
-    let right: Vec<f64> = (0..x.ncols()).map(|i| right[(i, 0)]).collect();
-    let mut gram = cross(&x, &x);
-    for i in 0..gram.nrows() {
-        gram[(i, i)] += ridge;
+// The rows of a fold, with XᵀX and Xᵀy of them.
+struct Fold {
+    x: Mat<f64>,
+    y: Vec<f64>,
+    gram: Mat<f64>,
+    right: Mat<f64>,
+}
+
+impl Fold {
+    fn of(columns: &[Vec<f64>], y: &[f64], rows: Range<usize>) -> Self {
+        let x = Mat::from_fn(rows.len(), columns.len(), |i, j| columns[j][rows.start + i]);
+        let y = y[rows].to_vec();
+        let (gram, right) = (cross(&x, &x), cross(&x, &matrix(std::slice::from_ref(&y))));
+        Self { x, y, gram, right }
     }
-    let Some(normal) = Normal::new(&gram) else {
-        return y.iter().zip(folds).filter(|(_, f)| **f == fold).map(|(v, _)| v * v).sum();
+}
+
+// Squared errors on every fold of ridge regressions that have not seen it.
+fn unseen_square(folds: &[Fold], ridge: f64) -> f64 {
+    let Some(width) = folds.first().map(|f| f.x.ncols()) else { return 0.0 };
+    let sum = |of: fn(&Fold) -> &Mat<f64>, columns: usize| {
+        folds.iter().fold(Mat::<f64>::zeros(width, columns), |sum, fold| sum + of(fold))
     };
-    let b = normal.solve(&right);
-    (0..y.len())
-        .filter(|&k| folds[k] == fold)
-        .map(|k| (y[k] - b.iter().zip(columns).map(|(b, c)| b * c[k]).sum::<f64>()).powi(2))
-        .sum()
+    let (gram, right) = (sum(|f| &f.gram, width), sum(|f| &f.right, 1));
+    let of = |fold: &Fold| -> f64 {
+        let mut seen = &gram - &fold.gram;
+        (0..width).for_each(|i| seen[(i, i)] += ridge);
+        let Some(normal) = Normal::new(&seen) else { return dot(&fold.y, &fold.y) };
+        let told = &fold.x * normal.solve_many(&(&right - &fold.right));
+        fold.y.iter().enumerate().map(|(k, y)| (y - told[(k, 0)]).powi(2)).sum()
+    };
+    folds.iter().map(of).sum()
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! The candidates that a catalogue offers to a model: effect, place, start values.
 
+use sinew_data::Quantity;
 use sinew_effect::{Card, Entry, PlaceKind, Requirement, Role, SWING_FREQUENCY, Screening, Sensor, Written};
 use sinew_model::{EffectSpec, Place};
 use sinew_rigid::{Bodies, Scratch, inertias, mass_matrix_with};
@@ -213,10 +214,14 @@ impl Offer<'_> {
         match requirement {
             Requirement::Parent(name) => self.present(name, place).is_some(),
             Requirement::Elastic => elastic,
-            Requirement::Rigid => !elastic,
+            Requirement::Rigid => {
+                !elastic && dof.is_some_and(|d| self.sensors.imposed[d] == Some(Quantity::MotorPosition))
+            }
+            Requirement::LinkBalance => elastic || has(Sensor::JointTorque),
             Requirement::LinkEncoder => encoder,
             Requirement::ElasticOrLinkEncoder => elastic || encoder,
             Requirement::MotorTorque => has(Sensor::MotorTorque),
+            Requirement::Torque => has(Sensor::MotorTorque) || has(Sensor::JointTorque),
             Requirement::Joints(n) => model.nv >= *n,
             Requirement::Temperature { .. } => dof.is_some_and(|d| self.warmth(d).is_some()),
             Requirement::Turning => dof.is_none_or(|d| !model.joints[model.joint_of_dof(d).0].kind.slides()),

@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use faer::Mat;
 use faer::linalg::solvers::Solve;
+use rayon::prelude::*;
 
 use crate::record::START;
 
@@ -184,7 +185,7 @@ impl System {
     ) -> Self {
         let over = |linear: &[Linear]| linear.iter().map(|l| l.over(period)).collect();
         let joint = |(encoders, linear): (Encoders, &&[Linear])| Joint { encoders, steps: over(linear) };
-        let joints: Vec<Joint> = encoders.into_iter().zip(linear).map(joint).collect();
+        let joints: Vec<Joint> = encoders.into_par_iter().zip(linear).map(joint).collect();
         let (mut couplings, mut coupling) = (Vec::new(), Vec::new());
         let n = joints.len();
         if n > 1 {
