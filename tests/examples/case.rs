@@ -1,15 +1,17 @@
 //! Diagnoses one case of the suite and prints everything.
 //!
 //! ```text
-//! cargo run --release -p sinew-tests --example case -- 1|2|6 EFFECT[+EFFECT]|CAUSE|nothing SEED [full|motor|current|link [fine|coarse [SIZE [imposed|innovation]]]]
-//! cargo run --release -p sinew-tests --example case -- drawn SEED [EFFECT] [imposed|innovation]
+//! cargo run --release -p sinew-tests --example case -- 1|2|6 EFFECT[+EFFECT]|CAUSE|nothing SEED [full|motor|current|link|all [fine|coarse [SIZE [imposed|innovation]]]]
+//! cargo run --release -p sinew-tests --example case -- drawn SEED [EFFECT|nothing] [full|motor|current|link|all] [imposed|innovation]
 //! ```
 
 use sinew_identify::{Options, Residual};
-use sinew_tests::{Arm, Case, Conditions, drawn_case, foreign_causes, hidden_effects, judge, null_case};
+use sinew_tests::{
+    Arm, Case, Conditions, Sensors, drawn_case, foreign_causes, hidden_effects, judge, null_case,
+};
 
-const USAGE: &str = "usage: case 1|2|6 EFFECT[+EFFECT]|CAUSE|nothing SEED [full|motor|current|link [fine|coarse [SIZE [imposed|innovation]]]]
-       case drawn SEED [EFFECT] [imposed|innovation]";
+const USAGE: &str = "usage: case 1|2|6 EFFECT[+EFFECT]|CAUSE|nothing SEED [full|motor|current|link|all [fine|coarse [SIZE [imposed|innovation]]]]
+       case drawn SEED [EFFECT|nothing] [full|motor|current|link|all] [imposed|innovation]";
 
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -55,8 +57,10 @@ fn main() {
 
 fn asked(args: &[String]) -> Option<(Arm, Case)> {
     if args.first()? == "drawn" {
-        let effect = args.get(2).map(String::as_str).filter(|a| !["imposed", "innovation"].contains(a));
-        return Some(drawn_case(args.get(1)?.parse().ok()?, 1.0, effect, None));
+        let sensors = args.iter().find_map(|a| Sensors::named(a));
+        let is_effect = |a: &&str| !["imposed", "innovation"].contains(a) && Sensors::named(a).is_none();
+        let effect = args.get(2).map(String::as_str).filter(is_effect);
+        return Some(drawn_case(args.get(1)?.parse().ok()?, 1.0, effect, sensors));
     }
     let word = |k: usize, default: &'static str| args.get(k).cloned().unwrap_or(default.to_owned());
     let arm = Arm::of_joints(args.first()?.parse().ok()?)?;

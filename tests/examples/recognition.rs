@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! cargo run --release -p sinew-tests --example recognition -- effects|pairs|foreign|nothing|drawn [KEY=VALUE…]
-//!     seeds=FIRST..END   arms=1,2,6   sensors=full,motor,current,link   encoders=fine,coarse   sizes=1,0.3   only=EFFECT
+//!     seeds=FIRST..END   arms=1,2,6   sensors=full,motor,current,link,all   encoders=fine,coarse   sizes=1,0.3   only=EFFECT
 //!     into=docs/recognition.md   as=NAME      the tables go between <!-- NAME --> and <!-- /NAME --> of that page
 //! ```
 
@@ -30,7 +30,7 @@ fn main() -> Result<(), Failure> {
     let (Some((name, draw, print)), Some(population)) =
         (part, Population::asked(args.get(1..).unwrap_or(&[])))
     else {
-        return Err("usage: recognition effects|pairs|foreign|nothing|drawn [seeds=0..3] [arms=1,2,6] [sensors=full,motor,current,link] [encoders=fine,coarse] [sizes=1] [only=EFFECT] [into=PAGE [as=NAME]]".into());
+        return Err("usage: recognition effects|pairs|foreign|nothing|drawn [seeds=0..3] [arms=1,2,6] [sensors=full,motor,current,link,all] [encoders=fine,coarse] [sizes=1] [only=EFFECT] [into=PAGE [as=NAME]]".into());
     };
     let tables = population.tables(&args, *draw, *print);
     println!("{tables}");

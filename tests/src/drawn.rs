@@ -132,6 +132,7 @@ impl Conditions {
             Sensors::Motor => "motor side only",
             Sensors::Current => "currents",
             Sensors::Link => "behind the gear",
+            Sensors::All => "before and behind the gear",
         };
         let bits = (TAU / self.motor_step).log2();
         let encoder = if bits < 17.5 { "coarse encoders" } else { "fine encoders" };

@@ -33,7 +33,7 @@ impl Hidden {
     pub fn is_seen_by(&self, sensors: Sensors) -> bool {
         let is_one_of = |names: &[&str]| names.contains(&self.effect);
         match sensors {
-            Sensors::Full => true,
+            Sensors::Full | Sensors::All => true,
             Sensors::Motor | Sensors::Current => !is_one_of(&OF_LINK_ENCODERS),
             Sensors::Link => is_one_of(&BEHIND_THE_GEAR),
         }

@@ -43,13 +43,20 @@ pub enum Sensors {
     Current,
     /// Torque and position behind the gear.
     Link,
+    /// Torque and position before and behind the gear.
+    All,
 }
 
 impl Sensors {
     /// Sensors by name.
     pub fn named(name: &str) -> Option<Self> {
-        let all =
-            [("full", Self::Full), ("motor", Self::Motor), ("current", Self::Current), ("link", Self::Link)];
+        let all = [
+            ("full", Self::Full),
+            ("motor", Self::Motor),
+            ("current", Self::Current),
+            ("link", Self::Link),
+            ("all", Self::All),
+        ];
         all.into_iter().find(|(n, _)| *n == name).map(|(_, sensors)| sensors)
     }
 
@@ -58,6 +65,12 @@ impl Sensors {
             Self::Full => vec![Quantity::MotorPosition, Quantity::MotorTorque, Quantity::JointPosition],
             Self::Motor | Self::Current => vec![Quantity::MotorPosition, Quantity::MotorTorque],
             Self::Link => vec![Quantity::JointPosition, Quantity::JointTorque],
+            Self::All => vec![
+                Quantity::MotorPosition,
+                Quantity::MotorTorque,
+                Quantity::JointPosition,
+                Quantity::JointTorque,
+            ],
         }
     }
 }
@@ -89,7 +102,7 @@ impl Conditions {
         data: Data::Rich,
     };
 
-    /// Conditions by name: the sensors `full`, `motor`, `current` or `link`, then `fine` (17 bit a motor turn) or `coarse` (17 bit a joint turn).
+    /// Conditions by name: the sensors `full`, `motor`, `current`, `link` or `all`, then `fine` (17 bit a motor turn) or `coarse` (17 bit a joint turn).
     pub fn named(sensors: &str, encoder: &str) -> Option<Self> {
         let sensors = Sensors::named(sensors)?;
         let motor_step = match encoder {

@@ -69,7 +69,7 @@ const SETTLED_NOISE: f64 = 0.15;
 const TRIES: usize = 3;
 const WORSE: f64 = 0.01;
 // Standard deviations of a velocity from rest within which it may be rest.
-const UNSURE: f64 = 2.0;
+const UNSURE: f64 = 6.0;
 
 impl Innovation {
     /// Why runs with these sensors have no such residual; none if they have one.
@@ -125,6 +125,11 @@ impl Innovation {
         Arc::clone(&self.reference.read().unwrap_or_else(PoisonError::into_inner))
     }
 
+    // Noise of a torque as it was read, in the noisiest run: what a model leaves besides makes no velocity unsure.
+    fn instrument_noise(&self, channel: usize) -> f64 {
+        self.runs.iter().map(|run| run.noise[channel]).fold(0.0, f64::max)
+    }
+
     // Joints whose covariance is carried along together.
     fn groups(&self) -> Vec<Range<usize>> {
         let n = self.joints.len();
@@ -174,7 +179,9 @@ impl Innovation {
         }
         let noise = noise.unwrap_or_default();
         let misfit = pass.misfits(&noise).iter().sum();
-        let speed_noise = pass.of_each_group(&noise, |kalman, _| kalman.speed_noise());
+        let own: Vec<f64> =
+            self.joints.iter().zip(&noise).map(|(j, n)| n.min(self.instrument_noise(j.torque))).collect();
+        let speed_noise = pass.of_each_group(&own, |kalman, _| kalman.speed_noise());
         let speed_noise = speed_noise.into_iter().map(|groups| groups.concat()).collect();
         let (records, smooth, measured) = pass.frozen(&noise);
         Reference { records, smooth, measured, torque_noise: noise, misfit, speed_noise }

@@ -83,9 +83,13 @@ pub(crate) fn refit(
     let tension = base.model.penalty() - model.penalty();
     let evidence = Evidence::of(layout, &pair, tension, trial.parameters, &held_out, channel_std);
     // A rigid joint fits nothing: what its friction was bent to says nothing against the spring that explains the rest.
-    let remakes = trial.switches_springs() && best < REMADE * base.objective;
-    let settled = if remakes { None } else { Some(&base.model) };
-    let refused = impossible(settled, &model, &own, added)
+    // Nor does that of other joints against what explains most.
+    let remakes = best < REMADE * base.objective;
+    let tells = |effect: usize| {
+        let is_own = model.specs[effect].place == trial.place;
+        !added.contains(&effect) && !(remakes && (trial.switches_springs() || !is_own))
+    };
+    let refused = impossible(&base.model, &model, &own, tells)
         .or_else(|| shorter_than_a_sample(&model, &own, layout.period))
         .or_else(|| {
             let [only] = strengths.as_slice() else { return None };
@@ -185,12 +189,12 @@ fn vague(
 }
 
 // A shape that its range stops is the sign of another cause: a Stribeck velocity as small as the width of the sign, a
-// width as large as the motion.
+// width as large as the motion. So is a strength that can be no larger: of a link that swings whole the joint gives way.
 fn at_its_bound(model: &Candidate, own: &[usize]) -> Option<String> {
-    own.iter().filter(|&&k| model.unknowns[k].shape).find_map(|&k| {
+    own.iter().find_map(|&k| {
         let unknown = &model.unknowns[k];
         let (value, (low, high)) = (model.p[unknown.position], unknown.range);
-        let stopped = value <= low * (1.0 + AT_BOUND) || value >= high * (1.0 - AT_BOUND);
+        let stopped = value >= high * (1.0 - AT_BOUND) || (unknown.shape && value <= low * (1.0 + AT_BOUND));
         let active = &model.plant.effects()[unknown.id.effect];
         let parameter = &active.effect.card().parameters[unknown.id.parameter];
         stopped.then(|| format!("its {} ends at its bound ({value:.3} {})", parameter.key, parameter.unit))
@@ -218,9 +222,14 @@ const SURE: f64 = 3.0;
 // Share of the objective below which a new degree of freedom has made another model of what it was offered to.
 const REMADE: f64 = 0.5;
 
-// Strengths that all vanish, or a stated parameter that must be positive and is driven from its value in the base, if that
-// tells anything, to zero, speak against the candidate.
-fn impossible(base: Option<&Candidate>, model: &Candidate, own: &[usize], added: &[usize]) -> Option<String> {
+// Strengths that all vanish, or a stated parameter that must be positive and is driven from its value in the base to zero,
+// if its effect tells anything, speak against the candidate.
+fn impossible(
+    base: &Candidate,
+    model: &Candidate,
+    own: &[usize],
+    tells: impl Fn(usize) -> bool,
+) -> Option<String> {
     let name = |u: &Unknown| {
         let active = &model.plant.effects()[u.id.effect];
         format!("{} of {}", active.effect.card().parameters[u.id.parameter].key, active.label())
@@ -234,8 +243,8 @@ fn impossible(base: Option<&Candidate>, model: &Candidate, own: &[usize], added:
         return Some(format!("{} ends at zero", name(u)));
     }
     let others = (0..model.unknowns.len()).filter(|k| !own.contains(k)).map(|k| (k, strength(k)));
-    others.filter(|(_, (u, _))| positive(u) && !added.contains(&u.id.effect)).find_map(|(k, (u, value))| {
-        let before = base.and_then(|base| Some(base.p[base.unknowns.get(k)?.position]))?;
+    others.filter(|(_, (u, _))| positive(u) && tells(u.id.effect)).find_map(|(k, (u, value))| {
+        let before = base.p[base.unknowns.get(k)?.position];
         // What is not sure to be there may go.
         let is_sure = u.prior.is_none_or(|(mean, std)| mean > SURE * std);
         (is_sure && value < 0.1 * before).then(|| format!("drives {} to zero", name(u)))

@@ -62,29 +62,36 @@ impl Kalman<'_> {
 
     fn gains_of<const D: usize>(&self) -> Vec<Gain> {
         let mut gains = Vec::new();
-        self.follow::<D>(|gain| gains.push(gain), |_, _| {});
+        self.follow::<D>(|gain| gains.push(gain), |_, _, _| {});
         gains
     }
 
-    /// How uncertain the velocity of each motor of the group is along the run, by its standard deviation.
+    /// How uncertain the velocity of each motor of the group is along the run once it has begun, by its standard deviation.
     pub fn speed_noise(&self) -> Vec<f64> {
         by_size!(self, speed_noise_of())
     }
 
     fn speed_noise_of<const D: usize>(&self) -> Vec<f64> {
+        let begun = self.system.led.min(self.system.len() / 2);
         let mut squares = vec![0.0; self.group.len()];
-        self.follow::<D>(|_| {}, |joint, variance| squares[joint] += variance);
-        squares.into_iter().map(|sum| (sum / self.system.len().max(1) as f64).sqrt()).collect()
+        let add =
+            |k: usize, joint: usize, variance: f64| squares[joint] += if k < begun { 0.0 } else { variance };
+        self.follow::<D>(|_| {}, add);
+        squares.into_iter().map(|sum| (sum / (self.system.len() - begun).max(1) as f64).sqrt()).collect()
     }
 
     // The gains of every encoder, and after those of a sample the variance of the velocity of every motor.
-    fn follow<const D: usize>(&self, mut gain: impl FnMut(Gain), mut variance: impl FnMut(usize, f64)) {
+    fn follow<const D: usize>(
+        &self,
+        mut gain: impl FnMut(Gain),
+        mut variance: impl FnMut(usize, usize, f64),
+    ) {
         let mut p = self.start::<D>();
         for k in 0..self.system.len() {
             for (i, joint) in self.joints().iter().enumerate() {
                 joint.sensors().for_each(|(state, read)| gain(update(&mut p, 4 * i + state, read)));
             }
-            (0..self.group.len()).for_each(|i| variance(i, p[4 * i + 1][4 * i + 1]));
+            (0..self.group.len()).for_each(|i| variance(k, i, p[4 * i + 1][4 * i + 1]));
             p = self.step(k).forward(&p);
         }
     }
