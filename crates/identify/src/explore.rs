@@ -2,6 +2,7 @@
 
 use crate::IdentifyError;
 use crate::comparison::by_channel;
+use crate::fitting::parameters;
 use crate::gates::{Evidence, Pair};
 use crate::problem::{Candidate, Problem, refine};
 use crate::search::{Accepted, Round, Search, State};
@@ -74,6 +75,8 @@ const WORSE: f64 = 1.01;
 // Share of the promised fall of χ² that the likelihood of the log must show, and what chance may take of it.
 const KEPT: f64 = 0.5;
 const CHANCE: f64 = 10.0;
+// Standard deviations from zero of a strength that is there.
+const SURE: f64 = 2.0;
 // Mean square of the whitened rows from which a model is far from the noise.
 const FAR: f64 = 4.0;
 
@@ -98,6 +101,7 @@ pub(crate) fn explore(
         let next = without_passengers(search, next, state.accepted.len(), step, unseen)?;
         let mut refused = unseen.map(|u| u.refused(&state, &next)).unwrap_or_default();
         refused.extend(unlikely(search, &state, &next));
+        refused.extend(unsure(search, &state, &next));
         if !refused.is_empty() {
             for (trial, reason) in refused {
                 search.refuse(&trial, step, reason);
@@ -124,7 +128,7 @@ pub(crate) fn explore(
 // The rows are formed about a motion in which some of the noise is left, and an effect that averages or delays it, a dead
 // time above all, may gain by that alone. About a motion that the new model has smoothed itself the gain is gone: the
 // −2 log likelihood of all samples falls by what the rows promised and more where the effect is real. Of a model that is
-// far from the noise no such motion is worth anything, and no small gain either.
+// far from the noise no such motion is worth anything, and no small gain either; what relieves a tension promises none.
 fn unlikely(search: &Search, before: &State, after: &State) -> Option<(Trial, String)> {
     let counted = search.problem.form.layout().counted();
     if before.fitted.objective > FAR * counted {
@@ -132,12 +136,32 @@ fn unlikely(search: &Search, before: &State, after: &State) -> Option<(Trial, St
     }
     let (old, new) = (before.reference.as_ref()?.misfit, after.reference.as_ref()?.misfit);
     let added = &after.accepted[before.accepted.len()..];
+    let rests_on_tension = |a: &Accepted| a.evidence.by_tension() && a.evidence.data < a.evidence.tension;
+    if added.iter().all(rests_on_tension) {
+        return None;
+    }
     let promised: f64 = added.iter().map(|a| a.evidence.data).sum();
     let kept = old - new;
     let reason = || {
         format!("about a motion of its own it explains {kept:.0} of the χ² of {promised:.0} that it promised")
     };
     (kept < KEPT * promised - CHANCE).then(|| (added[0].trial.clone(), reason()))
+}
+
+// Effects of which nothing is left that their own error does not cover, once the model has settled about a motion of its
+// own and runs may differ.
+fn unsure(search: &Search, before: &State, after: &State) -> Vec<(Trial, String)> {
+    let reports = parameters(search, after, widening(search, after));
+    let strengths: Vec<_> =
+        reports.iter().zip(&after.fitted.model.unknowns).filter(|(_, u)| !u.shape).map(|(r, _)| r).collect();
+    let is_unsure = |entry: &&Accepted| {
+        let own = || strengths.iter().filter(|(effect, _)| *effect == entry.effect);
+        let is_new = matches!(entry.trial.how, How::New { .. });
+        is_new && own().next().is_some() && own().all(|(_, r)| r.value.abs() < SURE * r.std)
+    };
+    let added = after.accepted[before.accepted.len()..].iter().filter(is_unsure);
+    let reason = "about a motion of its own its strength is within two standard deviations of zero";
+    added.map(|entry| (entry.trial.clone(), reason.to_owned())).collect()
 }
 
 fn rung(search: &Search, added: &[String], state: &State, unseen: Option<&Unseen>) -> Rung {

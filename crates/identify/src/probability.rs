@@ -30,7 +30,8 @@ pub(crate) fn probability(entry: &Accepted, likeness: &Likeness) -> f64 {
 }
 
 /// How likely a tied rival is by its χ² disadvantage, the winner being one: the errors of references and noise make
-/// differences of some tens. Of lags and delays of about a sample, four of fifteen were told as the other at Δχ² of 11 to 28.
+/// differences of some tens. Of thirteen lags and delays of about a sample that were tied, three were told as the other, at Δχ²
+/// of 11 to 28.
 pub(crate) fn likelihood_of_tied(distance: f64) -> f64 {
     (-distance.max(0.0) / TIED).exp()
 }
