@@ -77,7 +77,8 @@ const KEPT: f64 = 0.5;
 const CHANCE: f64 = 10.0;
 // Standard deviations from zero of a strength that is there.
 const SURE: f64 = 2.0;
-// Mean square of the whitened rows from which a model is far from the noise.
+// Mean square of the whitened rows from which a model is far from the noise: its motion is worth nothing then, its runs
+// differ for reasons of their own, and no gain is small.
 const FAR: f64 = 4.0;
 
 /// Climbs from the base until nothing passes the gates.
@@ -100,8 +101,10 @@ pub(crate) fn explore(
         let Some(next) = search.accept(&state, round)? else { break };
         let next = without_passengers(search, next, state.accepted.len(), step, unseen)?;
         let mut refused = unseen.map(|u| u.refused(&state, &next)).unwrap_or_default();
-        refused.extend(unlikely(search, &state, &next));
-        refused.extend(unsure(search, &state, &next));
+        if state.fitted.objective <= FAR * search.problem.form.layout().counted() {
+            refused.extend(unlikely(&state, &next));
+            refused.extend(unsure(search, &state, &next));
+        }
         if !refused.is_empty() {
             for (trial, reason) in refused {
                 search.refuse(&trial, step, reason);
@@ -127,13 +130,9 @@ pub(crate) fn explore(
 
 // The rows are formed about a motion in which some of the noise is left, and an effect that averages or delays it, a dead
 // time above all, may gain by that alone. About a motion that the new model has smoothed itself the gain is gone: the
-// −2 log likelihood of all samples falls by what the rows promised and more where the effect is real. Of a model that is
-// far from the noise no such motion is worth anything, and no small gain either; what relieves a tension promises none.
-fn unlikely(search: &Search, before: &State, after: &State) -> Option<(Trial, String)> {
-    let counted = search.problem.form.layout().counted();
-    if before.fitted.objective > FAR * counted {
-        return None;
-    }
+// −2 log likelihood of all samples falls by what the rows promised and more where the effect is real. What relieves a
+// tension promises nothing.
+fn unlikely(before: &State, after: &State) -> Option<(Trial, String)> {
     let (old, new) = (before.reference.as_ref()?.misfit, after.reference.as_ref()?.misfit);
     let added = &after.accepted[before.accepted.len()..];
     let rests_on_tension = |a: &Accepted| a.evidence.by_tension() && a.evidence.data < a.evidence.tension;
