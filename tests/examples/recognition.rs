@@ -59,8 +59,8 @@ struct Population {
     conditions: Vec<(String, Conditions)>,
     sizes: Vec<f64>,
     only: Option<String>,
-    // Of arms by chance, where they are not by chance.
-    sensors: Option<Sensors>,
+    // Of arms by chance; none where they are by chance too.
+    sensors: Vec<Option<Sensors>>,
     into: Option<String>,
     name: Option<String>,
 }
@@ -93,6 +93,12 @@ impl Population {
             .iter()
             .map(|n| Arm::of_joints(n.parse().ok()?).map(Arc::new))
             .collect::<Option<_>>()?;
+        let sensors = match word("sensors") {
+            Some(list) => {
+                list.split(',').map(|name| Sensors::named(name).map(Some)).collect::<Option<_>>()?
+            }
+            None => vec![None],
+        };
         let mut conditions = Vec::new();
         for sensors in words("sensors", "full") {
             for encoder in words("encoders", "fine") {
@@ -105,7 +111,7 @@ impl Population {
             conditions,
             sizes: words("sizes", "1").iter().map(|s| s.parse().ok()).collect::<Option<_>>()?,
             only: word("only").map(str::to_owned),
-            sensors: word("sensors").and_then(Sensors::named),
+            sensors,
             into: word("into").map(str::to_owned),
             name: word("as").map(str::to_owned),
         })
@@ -208,15 +214,16 @@ fn nothing(population: &Population, arm: &Arm, conditions: Conditions) -> Vec<Ca
     population.seeds.clone().map(|seed| null_case(arm, conditions, 100_000 + seed)).collect()
 }
 
-// Arms and conditions by chance, a case for each seed and size.
+// Arms and conditions by chance, a case for each seed, size and set of sensors.
 fn drawn(population: &Population) -> Vec<Asked> {
-    let of = |(seed, size): (u64, f64)| {
-        let (arm, case) = drawn_case(seed, size, population.only.as_deref(), population.sensors);
+    let of = |(seed, size, sensors): (u64, f64, Option<Sensors>)| {
+        let (arm, case) = drawn_case(seed, size, population.only.as_deref(), sensors);
         let mut groups = vec![arm.robot.model.name.replace('_', " ")];
         groups.extend(case.conditions.factors());
         Asked { arm: Arc::new(arm), case, groups }
     };
-    population.seeds.clone().flat_map(|s| population.sizes.iter().map(move |&z| (s, z))).map(of).collect()
+    let kinds = || population.sizes.iter().flat_map(|&z| population.sensors.iter().map(move |&s| (z, s)));
+    population.seeds.clone().flat_map(|seed| kinds().map(move |(z, s)| (seed, z, s))).map(of).collect()
 }
 
 // A case that fails is a miss.

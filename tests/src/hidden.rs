@@ -2,9 +2,8 @@
 
 use sinew_model::{EffectSpec, Place, Robot, Setting};
 
-use crate::Arm;
-use crate::Sensors;
 use crate::suite::MEAN_TEMPERATURE;
+use crate::{Arm, Sensors};
 
 /// How an effect is hidden.
 pub enum How {

@@ -102,7 +102,8 @@ impl Conditions {
         data: Data::Rich,
     };
 
-    /// Conditions by name: the sensors `full`, `motor`, `current`, `link` or `all`, then `fine` (17 bit a motor turn) or `coarse` (17 bit a joint turn).
+    /// Conditions by name: the sensors `full`, `motor`, `current`, `link` or `all`, then `fine` (17 bit a motor turn) or
+    /// `coarse` (17 bit a joint turn).
     pub fn named(sensors: &str, encoder: &str) -> Option<Self> {
         let sensors = Sensors::named(sensors)?;
         let motor_step = match encoder {

@@ -66,12 +66,17 @@ fn nothing_is_named_where_nothing_is_hidden() {
 fn nothing_is_named_in_arms_by_chance_where_nothing_is_hidden() {
     let light = Arm::drawn(2002);
     let led = null_case(&light, Conditions::named("motor", "coarse").expect("conditions of the suite"), 2002);
-    let named: Vec<Outcome> = [(light, led), drawn_case(2209, 1.0, Some("nothing"), None)]
-        .par_iter()
-        .map(|(arm, case)| judge(arm, case, &Options::default()).expect("the arm can be simulated").0)
-        .filter(|outcome| outcome.verdict != Verdict::Adequate)
-        .collect();
+    let (noisy, idle) = drawn_case(2209, 1.0, Some("nothing"), None);
+    let named = wrong(&[(&light, led), (&noisy, idle)]);
     assert!(named.is_empty(), "{named:?}");
+}
+
+// What is said of the cases of which something else is true.
+fn wrong(cases: &[(&Arm, Case)]) -> Vec<Outcome> {
+    let outcome =
+        |arm: &Arm, case: &Case| judge(arm, case, &Options::default()).expect("it can be simulated").0;
+    let of = |(arm, case): &(&Arm, Case)| Some(outcome(arm, case)).filter(|o| !case.is_right(o));
+    cases.par_iter().filter_map(of).collect()
 }
 
 // Torque behind the gear shows links without their springs, a current shows motors in its own unit.
@@ -90,12 +95,7 @@ fn torques_behind_the_gear_and_currents_are_read() {
         case("link", "link_coulomb_friction"),
         case("current", "stribeck_friction"),
     ];
-    let wrong: Vec<Outcome> = cases
-        .par_iter()
-        .map(|case| (case, judge(&arm, case, &Options::default()).expect("the arm can be simulated").0))
-        .filter(|(case, outcome)| !case.is_right(outcome))
-        .map(|(_, outcome)| outcome)
-        .collect();
+    let wrong = wrong(&cases.map(|case| (&arm, case)));
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 

@@ -91,7 +91,7 @@ fn chosen(
     };
     let plant = Plant::with_effects(robot, &prepared.base_specs(robot, catalogue), catalogue)?;
     form.renew(&plant, &plant.parameters());
-    // On more joints this has not been seen to help.
+    // On six joints it takes the search over three times as long; its help there is not measured.
     let few = prepared.sensors.imposed.iter().flatten().count() <= FEW_JOINTS;
     Ok((Some(if few { form.sure() } else { form }), why))
 }

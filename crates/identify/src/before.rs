@@ -5,12 +5,13 @@ use sinew_effect::{Catalogue, Requirement};
 use sinew_model::{EffectSpec, Place, Robot};
 
 use crate::comparison::Prepared;
+use crate::record::all_have;
 use crate::report::Finding;
 use crate::torque_checks::torque_notes;
 use crate::{IdentifyError, Options};
 
-/// What every comparison and every search begins with: the robot with the joints that no run measures held still, its
-/// runs made ready, and what is told before anything else.
+/// What every comparison and every search begins with: the robot as its runs measure it, the runs made ready, and what is
+/// told before anything else.
 ///
 /// # Errors
 /// If a run lacks the signals or fails a check.
@@ -20,20 +21,26 @@ pub(crate) fn begun(
     runs: &[Run],
     options: &Options,
 ) -> Result<(Robot, Prepared, Vec<Finding>), IdentifyError> {
+    let (robot, mut findings) = as_measured(robot, catalogue, runs);
+    let prepared = Prepared::new(&robot, runs, options)?;
+    findings.extend(checked(&robot, catalogue, runs, &prepared, options)?);
+    Ok((robot, prepared, findings))
+}
+
+/// The robot with the joints that no run measures held still and without the springs before links seen alone, and the
+/// findings that say so.
+pub(crate) fn as_measured(robot: &Robot, catalogue: &Catalogue, runs: &[Run]) -> (Robot, Vec<Finding>) {
     let (robot, still) = held(robot, runs);
     let (robot, behind) = seen_from_links(robot, catalogue, runs);
-    let prepared = Prepared::new(&robot, runs, options)?;
-    let suspicions = checked(&robot, catalogue, runs, &prepared, options)?;
-    let findings = still.into_iter().chain(behind).chain(suspicions).collect();
-    Ok((robot, prepared, findings))
+    (robot, still.into_iter().chain(behind).collect())
 }
 
 // The robot without the springs between motors whose position no run has and links whose position is imposed instead, and
 // the finding that says so.
 fn seen_from_links(robot: Robot, catalogue: &Catalogue, runs: &[Run]) -> (Robot, Option<Finding>) {
     let name = |dof: usize| robot.model.dof_name(dof);
-    let has = |dof: usize, quantity| runs.iter().all(|run| run.signal(quantity, name(dof)).is_some());
-    let is_behind = |&dof: &usize| has(dof, Quantity::JointPosition) && !has(dof, Quantity::MotorPosition);
+    let has = |quantity, dof: usize| all_have(runs, quantity, name(dof));
+    let is_behind = |&dof: &usize| has(Quantity::JointPosition, dof) && !has(Quantity::MotorPosition, dof);
     let is_sprung = |&dof: &usize| {
         robot.joints[dof].stiffness.is_some() || robot.couplings.iter().any(|c| c.dofs.contains(&dof))
     };
@@ -42,16 +49,11 @@ fn seen_from_links(robot: Robot, catalogue: &Catalogue, runs: &[Run]) -> (Robot,
         return (robot, None);
     }
     let names: Vec<&str> = behind.iter().map(|&dof| name(dof)).collect();
-    let finding = Finding {
-        joint: names.join(", "),
-        signal: String::new(),
-        regime: "data".to_owned(),
-        statement: format!(
-            "no motor position of {} in the runs: the link's is imposed and the spring before it left out, which holds well below its antiresonance",
-            listed(&names)
-        ),
-        share: 0.0,
-    };
+    let statement = format!(
+        "no motor position of {} in the runs: the link's is imposed and the spring before it left out, which holds well below its antiresonance",
+        listed(&names)
+    );
+    let finding = Finding::of_data(names.join(", "), "", statement);
     let needs_spring = |spec: &EffectSpec| {
         let card = catalogue.find(&spec.kind).map(|entry| entry.card);
         card.is_some_and(|card| card.requires.contains(&Requirement::Elastic))
@@ -84,27 +86,21 @@ fn checked(
     Ok(notes.into_iter().map(finding).collect())
 }
 
-/// The robot with the joints of which some run has no position held at zero, and the finding that says so.
-pub(crate) fn held(robot: &Robot, runs: &[Run]) -> (Robot, Option<Finding>) {
+// The robot with the joints of which some run has no position held at zero, and the finding that says so.
+fn held(robot: &Robot, runs: &[Run]) -> (Robot, Option<Finding>) {
     let model = &robot.model;
     let floats = |dof: usize| model.joints[model.joint_of_dof(dof).0].kind.nv() > 1;
     let seen = |dof: usize| {
-        let has = |run: &Run, quantity| run.signal(quantity, model.dof_name(dof)).is_some();
         let positions = [Quantity::MotorPosition, Quantity::JointPosition];
-        floats(dof) || positions.into_iter().any(|q| runs.iter().all(|run| has(run, q)))
+        floats(dof) || positions.into_iter().any(|q| all_have(runs, q, model.dof_name(dof)))
     };
     let still: Vec<usize> = (0..model.nv).filter(|&dof| !seen(dof)).collect();
     if still.is_empty() || still.len() == model.nv {
         return (robot.clone(), None);
     }
     let names: Vec<&str> = still.iter().map(|&dof| model.dof_name(dof)).collect();
-    let finding = Finding {
-        joint: names.join(", "),
-        signal: String::new(),
-        regime: "data".to_owned(),
-        statement: format!("no position of {} in the runs: taken as held at zero", listed(&names)),
-        share: 0.0,
-    };
+    let statement = format!("no position of {} in the runs: taken as held at zero", listed(&names));
+    let finding = Finding::of_data(names.join(", "), "", statement);
     (robot.held(&still), Some(finding))
 }
 
@@ -130,13 +126,7 @@ fn finding(note: Note) -> Finding {
     let words = note.place.rsplit([' ', ':']).next().into_iter().chain(note.statement.split([' ', ':']));
     let named = words.filter_map(|w| w.split_once('.')).find(|(quantity, _)| quantity.contains('_'));
     let (signal, joint) = named.unwrap_or(("", ""));
-    Finding {
-        joint: joint.to_owned(),
-        signal: signal.to_owned(),
-        regime: "data".to_owned(),
-        statement: format!("{}: {}", note.place, note.statement),
-        share: 0.0,
-    }
+    Finding::of_data(joint.to_owned(), signal, format!("{}: {}", note.place, note.statement))
 }
 
 #[cfg(test)]

@@ -135,8 +135,8 @@ pub(crate) fn explore(
 fn unlikely(before: &State, after: &State) -> Option<(Trial, String)> {
     let (old, new) = (before.reference.as_ref()?.misfit, after.reference.as_ref()?.misfit);
     let added = &after.accepted[before.accepted.len()..];
-    let rests_on_tension = |a: &Accepted| a.evidence.by_tension() && a.evidence.data < a.evidence.tension;
-    if added.iter().all(rests_on_tension) {
+    let is_relief = |a: &Accepted| a.evidence.by_tension() && a.evidence.data < a.evidence.tension;
+    if added.iter().all(is_relief) {
         return None;
     }
     let promised: f64 = added.iter().map(|a| a.evidence.data).sum();

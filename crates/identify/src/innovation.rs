@@ -47,8 +47,6 @@ pub(crate) struct Reference {
     pub torque_noise: Vec<f64>,
     /// −2 log likelihood of what was measured, by the model that the reference was taken from.
     pub misfit: f64,
-    // How uncertain the velocity of every joint that moves is, by run.
-    speed_noise: Vec<Vec<f64>>,
 }
 
 /// The innovation residual of some runs.
@@ -113,9 +111,12 @@ impl Innovation {
     /// not, friction is no row of a linear filter.
     pub fn sure(mut self) -> Self {
         let reference = self.present();
+        let noise = self.own_noise(&reference.torque_noise);
+        let speed_noise: Vec<Vec<f64>> =
+            reference.records.par_iter().map(|record| speed_noise(record, &noise)).collect();
         self.layout = Layout::of(&reference.records, &self.channels, TRANSIENT, |run, dof| {
             let joint = self.joints.iter().position(|j| j.dof == dof);
-            joint.map_or(0.0, |joint| UNSURE * reference.speed_noise[run][joint])
+            joint.and_then(|joint| speed_noise[run].get(joint)).map_or(0.0, |std| UNSURE * std)
         });
         self
     }
@@ -125,9 +126,11 @@ impl Innovation {
         Arc::clone(&self.reference.read().unwrap_or_else(PoisonError::into_inner))
     }
 
-    // Noise of a torque as it was read, in the noisiest run: what a model leaves besides makes no velocity unsure.
-    fn instrument_noise(&self, channel: usize) -> f64 {
-        self.runs.iter().map(|run| run.noise[channel]).fold(0.0, f64::max)
+    // Torque noise of every joint, at most as it was read in the noisiest run: what a model leaves besides makes no velocity
+    // unsure.
+    fn own_noise(&self, noise: &[f64]) -> Vec<f64> {
+        let read = |channel: usize| self.runs.iter().map(|run| run.noise[channel]).fold(0.0, f64::max);
+        self.joints.iter().zip(noise).map(|(joint, n)| n.min(read(joint.torque))).collect()
     }
 
     // Joints whose covariance is carried along together.
@@ -179,12 +182,8 @@ impl Innovation {
         }
         let noise = noise.unwrap_or_default();
         let misfit = pass.misfits(&noise).iter().sum();
-        let own: Vec<f64> =
-            self.joints.iter().zip(&noise).map(|(j, n)| n.min(self.instrument_noise(j.torque))).collect();
-        let speed_noise = pass.of_each_group(&own, |kalman, _| kalman.speed_noise());
-        let speed_noise = speed_noise.into_iter().map(|groups| groups.concat()).collect();
         let (records, smooth, measured) = pass.frozen(&noise);
-        Reference { records, smooth, measured, torque_noise: noise, misfit, speed_noise }
+        Reference { records, smooth, measured, torque_noise: noise, misfit }
     }
 }
 
@@ -364,6 +363,14 @@ impl<'a> Pass<'a> {
         let (records, smooth) = records.into_iter().unzip();
         (records, smooth, measured.concat())
     }
+}
+
+// How uncertain the velocity of every joint that moves is along a run with frozen filters, under torque noise of this size.
+fn speed_noise(record: &Record, noise: &[f64]) -> Vec<f64> {
+    let Reduction::Innovations(rows) = &record.reduction else { return Vec::new() };
+    let Filters { system, groups, .. } = &rows.filters;
+    let of = |group: &Range<usize>| Kalman { system, group: group.clone(), noise }.speed_noise();
+    groups.iter().flat_map(|(group, _)| of(group)).collect()
 }
 
 // Measured minus predicted of a joint along a run. Of the torque what acts: what a drive delays is not in the motion yet,

@@ -119,7 +119,7 @@ impl Sensors {
                 help: "name one or more measured runs after the robot".to_owned(),
             });
         };
-        let has = |quantity, dof| runs.iter().all(|r| r.signal(quantity, model.dof_name(dof)).is_some());
+        let has = |quantity, dof| all_have(runs, quantity, model.dof_name(dof));
         let mut imposed = Vec::new();
         let mut channels = Vec::new();
         for dof in 0..model.nv {
@@ -156,6 +156,11 @@ impl Sensors {
         channels.sort();
         Ok(Self { channels, imposed })
     }
+}
+
+/// True if every run has this quantity of this joint.
+pub(crate) fn all_have(runs: &[Run], quantity: Quantity, joint: &str) -> bool {
+    runs.iter().all(|run| run.signal(quantity, joint).is_some())
 }
 
 impl Record {

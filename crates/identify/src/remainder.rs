@@ -1,7 +1,5 @@
 //! What is left: can anything at all still be predicted?
 
-use std::ops::Range;
-
 use faer::Mat;
 use rayon::prelude::*;
 
@@ -79,22 +77,14 @@ fn channel(layout: &Layout, c: usize, rows: &[f64], features: &[Vec<f64>]) -> f6
     if count < 4 || total <= 0.0 {
         return 0.0;
     }
-    let mut columns: Vec<Vec<f64>> =
-        features[..count].iter().map(|f| kept.iter().map(|&k| f[k]).collect()).collect();
-    columns.push(vec![1.0; kept.len()]);
-    let y: Vec<f64> = kept.iter().map(|&k| rows[k]).collect();
-    let folds: Vec<Fold> = kept
-        .chunk_by(|&a, &b| layout.fold[a] == layout.fold[b])
-        .scan(0, |first, rows| {
-            let rows = *first..*first + rows.len();
-            *first = rows.end;
-            Some(rows)
-        })
-        .collect::<Vec<_>>()
-        .into_par_iter()
-        .map(|rows| Fold::of(&columns, &y, rows))
-        .collect();
-    let left = |ridge: f64| unseen_square(&folds, ridge * kept.len() as f64);
+    let chunks: Vec<&[usize]> = kept.chunk_by(|&a, &b| layout.fold[a] == layout.fold[b]).collect();
+    let folds: Vec<Fold> =
+        chunks.into_par_iter().map(|kept| Fold::of(&features[..count], rows, kept)).collect();
+    let sum = |of: fn(&Fold) -> &Mat<f64>, columns: usize| {
+        folds.iter().fold(Mat::<f64>::zeros(count + 1, columns), |sum, fold| sum + of(fold))
+    };
+    let (gram, right) = (sum(|f| &f.gram, count + 1), sum(|f| &f.right, 1));
+    let left = |ridge: f64| unseen_square(&folds, &gram, &right, ridge * kept.len() as f64);
     let best = RIDGES.par_iter().map(|&r| left(r)).reduce(|| f64::INFINITY, f64::min);
     (1.0 - best / total).max(0.0)
 }
@@ -108,26 +98,23 @@ struct Fold {
 }
 
 impl Fold {
-    fn of(columns: &[Vec<f64>], y: &[f64], rows: Range<usize>) -> Self {
-        let x = Mat::from_fn(rows.len(), columns.len(), |i, j| columns[j][rows.start + i]);
-        let y = y[rows].to_vec();
+    // `kept`: its rows of features, a one beside them, and of the residual.
+    fn of(features: &[Vec<f64>], rows: &[f64], kept: &[usize]) -> Self {
+        let feature = |i: usize, j: usize| features.get(j).map_or(1.0, |f| f[kept[i]]);
+        let x = Mat::from_fn(kept.len(), features.len() + 1, feature);
+        let y: Vec<f64> = kept.iter().map(|&k| rows[k]).collect();
         let (gram, right) = (cross(&x, &x), cross(&x, &matrix(std::slice::from_ref(&y))));
         Self { x, y, gram, right }
     }
 }
 
-// Squared errors on every fold of ridge regressions that have not seen it.
-fn unseen_square(folds: &[Fold], ridge: f64) -> f64 {
-    let Some(width) = folds.first().map(|f| f.x.ncols()) else { return 0.0 };
-    let sum = |of: fn(&Fold) -> &Mat<f64>, columns: usize| {
-        folds.iter().fold(Mat::<f64>::zeros(width, columns), |sum, fold| sum + of(fold))
-    };
-    let (gram, right) = (sum(|f| &f.gram, width), sum(|f| &f.right, 1));
+// Squared errors on every fold of ridge regressions that have not seen it; `gram`, `right`: XᵀX and Xᵀy of all.
+fn unseen_square(folds: &[Fold], gram: &Mat<f64>, right: &Mat<f64>, ridge: f64) -> f64 {
     let of = |fold: &Fold| -> f64 {
-        let mut seen = &gram - &fold.gram;
-        (0..width).for_each(|i| seen[(i, i)] += ridge);
+        let mut seen = gram - &fold.gram;
+        (0..gram.ncols()).for_each(|i| seen[(i, i)] += ridge);
         let Some(normal) = Normal::new(&seen) else { return dot(&fold.y, &fold.y) };
-        let told = &fold.x * normal.solve_many(&(&right - &fold.right));
+        let told = &fold.x * normal.solve_many(&(right - &fold.right));
         fold.y.iter().enumerate().map(|(k, y)| (y - told[(k, 0)]).powi(2)).sum()
     };
     folds.iter().map(of).sum()

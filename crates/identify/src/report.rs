@@ -47,6 +47,13 @@ pub struct Finding {
     pub share: f64,
 }
 
+impl Finding {
+    /// What the data themselves say, before any model.
+    pub(crate) fn of_data(joint: String, signal: &str, statement: String) -> Self {
+        Self { joint, signal: signal.to_owned(), regime: "data".to_owned(), statement, share: 0.0 }
+    }
+}
+
 /// Why a candidate was not accepted.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Refusal {

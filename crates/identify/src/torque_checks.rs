@@ -5,7 +5,7 @@ use sinew_effect::{Catalogue, Sensor};
 use sinew_model::Robot;
 
 use crate::Options;
-use crate::before::held;
+use crate::before::as_measured;
 use crate::comparison::Prepared;
 use crate::problem::{Candidate, Problem};
 use crate::residual::{Layout, ResidualForm};
@@ -25,7 +25,7 @@ const SWAP: f64 = 0.4;
 ///
 /// Empty where nothing can be said: no torque, too short a run, a model that explains little of any joint.
 pub fn torque_checks(robot: &Robot, catalogue: &Catalogue, runs: &[Run], options: &Options) -> Vec<Note> {
-    let robot = &held(robot, runs).0;
+    let robot = &as_measured(robot, catalogue, runs).0;
     let prepared = Prepared::new(robot, runs, options);
     prepared.map_or_else(|_| Vec::new(), |prepared| torque_notes(robot, catalogue, &prepared, options))
 }
