@@ -79,7 +79,8 @@ fn wrong(cases: &[(&Arm, Case)]) -> Vec<Outcome> {
     cases.par_iter().filter_map(of).collect()
 }
 
-// Torque behind the gear shows links without their springs, a current shows motors in its own unit.
+// Torque behind the gear shows links without their springs, beside a motor's torque it is one more sensor; a current
+// shows motors in its own unit; what is read late is compared when it is read.
 #[test]
 fn torques_behind_the_gear_and_currents_are_read() {
     let arm = one_joint();
@@ -94,6 +95,8 @@ fn torques_behind_the_gear_and_currents_are_read() {
         case("link", "link_bending_mode"),
         case("link", "link_coulomb_friction"),
         case("current", "stribeck_friction"),
+        case("all", "nothing"),
+        case("full", "time_skew"),
     ];
     let wrong = wrong(&cases.map(|case| (&arm, case)));
     assert!(wrong.is_empty(), "{wrong:?}");

@@ -79,7 +79,7 @@ fn chosen(
     options: &Options,
 ) -> Result<(Option<Innovation>, &'static str), IdentifyError> {
     let asked = options.residual;
-    let why = if asked.is_some() { "as asked" } else { unsuited(prepared).unwrap_or(SUITED) };
+    let why = if asked.is_some() { "as asked" } else { unsuited(robot, prepared).unwrap_or(SUITED) };
     if asked == Some(Residual::Imposed) || asked.is_none() && why != SUITED {
         return Ok((None, why));
     }
@@ -107,7 +107,7 @@ fn is_drowned(prepared: &Prepared, noise: &[f64]) -> bool {
 }
 
 // Why the innovation residual does not suit the runs; none if it does.
-fn unsuited(prepared: &Prepared) -> Option<&'static str> {
+fn unsuited(robot: &Robot, prepared: &Prepared) -> Option<&'static str> {
     let (sensors, scales) = (&prepared.sensors, &prepared.scales);
     let joints = sensors.imposed.iter().flatten().count();
     if 1.0 / scales.period < 0.99 * FAST {
@@ -115,7 +115,8 @@ fn unsuited(prepared: &Prepared) -> Option<&'static str> {
     }
     let coarse = scales.smooth as f64 * scales.period > COARSE;
     let too_coarse = joints > FEW_JOINTS && coarse;
-    Innovation::impossible(sensors).or(too_coarse.then_some("the encoders are coarse for so many joints"))
+    Innovation::impossible(robot, sensors)
+        .or(too_coarse.then_some("the encoders are coarse for so many joints"))
 }
 
 /// Which residual a search looks at, and why.

@@ -73,7 +73,7 @@ const MOST_STEPS: usize = 2;
 // A step that makes the unseen error worse by more than this share is undone.
 const WORSE: f64 = 1.01;
 // Share of the promised fall of χ² that the likelihood of the log must show, and what chance may take of it.
-const KEPT: f64 = 0.5;
+const KEPT: f64 = 0.25;
 const CHANCE: f64 = 10.0;
 // Standard deviations from zero of a strength that is there.
 const SURE: f64 = 2.0;

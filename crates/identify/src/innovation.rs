@@ -1,4 +1,4 @@
-//! The innovation residual: what the encoders show beyond a filter that knows the model and the noise.
+//! The innovation residual: what the sensors show beyond a filter that knows the model and the noise.
 //!
 //! A smoother of the model, driven by the measured torque, gives a reference motion. What the model predicts along it
 //! and what was measured differ by little; a Kalman filter of the deviation, with its gains frozen, turns the
@@ -33,8 +33,8 @@ use kalman::{GROUP, Input, Kalman};
 use linearise::{Along, INERTIA_EVERY, along};
 use motion::{Even, Motion};
 pub(crate) use rows::Innovations;
-use rows::{JointChannels, deviation_inputs};
-use system::{Encoders, Linear, MOST_JOINTS, System};
+use rows::{JointChannels, deviation_inputs, read_at};
+use system::{Linear, MOST_JOINTS, Readings, System};
 
 /// What the rows of an innovation residual are formed about: reference motions with their frozen filters.
 #[derive(Default)]
@@ -71,11 +71,12 @@ const UNSURE: f64 = 6.0;
 
 impl Innovation {
     /// Why runs with these sensors have no such residual; none if they have one.
-    pub fn impossible(sensors: &Sensors) -> Option<&'static str> {
+    pub fn impossible(robot: &Robot, sensors: &Sensors) -> Option<&'static str> {
         let has = |channel| sensors.channels.contains(&channel);
         let moving = || (0..sensors.imposed.len()).filter(|&dof| sensors.imposed[dof].is_some());
-        if sensors.channels.iter().any(|c| c.sensor == Sensor::JointTorque) {
-            Some("the log has torques of joints")
+        let is_rigid = |c: &Channel| robot.joints[c.dof].stiffness.is_none();
+        if sensors.channels.iter().any(|c| c.sensor == Sensor::JointTorque && is_rigid(c)) {
+            Some("the log has torques of joints without springs")
         } else if !moving().all(|dof| has(Channel { sensor: Sensor::MotorTorque, dof })) {
             Some("not every joint that moves has a motor torque")
         } else if moving().count() > MOST_JOINTS {
@@ -87,14 +88,15 @@ impl Innovation {
 
     /// The form about a kernel's motion to begin with; none where it is impossible.
     pub fn new(robot: &Robot, runs: &[Run], sensors: &Sensors, scales: Scales) -> Option<Self> {
-        if Self::impossible(sensors).is_some() {
+        if Self::impossible(robot, sensors).is_some() {
             return None;
         }
         let channels = sensors.channels.clone();
         let find = |sensor, dof| channels.iter().position(|c| *c == Channel { sensor, dof });
         let joint = |dof| {
             let torque = find(Sensor::MotorTorque, dof)?;
-            Some(JointChannels { dof, torque, position: find(Sensor::JointPosition, dof) })
+            let [position, gear] = [Sensor::JointPosition, Sensor::JointTorque].map(|s| find(s, dof));
+            Some(JointChannels { dof, torque, position, gear })
         };
         let joints = (0..sensors.imposed.len()).filter_map(joint).collect();
         let (runs, motions): (Vec<Even>, Vec<Motion>) =
@@ -142,15 +144,16 @@ impl Innovation {
     // The equations of the moving joints along a run.
     fn system(&self, run: &Even, along: &Along) -> System {
         let square = |x: f64| (x * x).max(1e-24);
-        let encoders = |j: &JointChannels| Encoders {
+        let readings = |j: &JointChannels| Readings {
             motor: square(run.theta_noise[j.dof]),
             link: j.position.map(|c| square(run.noise[c])),
+            gear: j.gear.map(|c| square(run.noise[c])),
             shown: if along.links.motion[j.dof].is_none() { 0 } else { 2 },
         };
         let linear: Vec<&[Linear]> = self.joints.iter().map(|j| along.linear[j.dof].as_slice()).collect();
         let mobility: Vec<Vec<f64>> = along.mobility.iter().map(|m| self.of_joints(m)).collect();
-        let encoders = self.joints.iter().map(encoders).collect();
-        System::new(encoders, &linear, &mobility, INERTIA_EVERY, run.scales.period)
+        let readings = self.joints.iter().map(readings).collect();
+        System::new(readings, &linear, &mobility, INERTIA_EVERY, run.scales.period)
     }
 
     // The rows and columns of the joints that move in a matrix of all degrees of freedom, by rows.
@@ -205,6 +208,8 @@ struct Pass<'a> {
     hold_means: Vec<Vec<Vec<f64>>>,
     // Where the links are, by run.
     links: Vec<Links>,
+    // How late what is behind the gears is read, by run.
+    late: Vec<Vec<[isize; 2]>>,
     // The equations of the joints about the motions, by run.
     systems: Vec<System>,
 }
@@ -231,6 +236,7 @@ impl<'a> Pass<'a> {
             inputs: Vec::new(),
             hold_means: Vec::new(),
             links: Vec::new(),
+            late: Vec::new(),
             systems: Vec::new(),
         };
         for (record, along, system, inputs) in parts {
@@ -238,6 +244,7 @@ impl<'a> Pass<'a> {
             pass.inputs.push(inputs);
             pass.hold_means.push(along.hold_means);
             pass.links.push(along.links);
+            pass.late.push(along.late);
             pass.systems.push(system);
         }
         pass
@@ -338,11 +345,11 @@ impl<'a> Pass<'a> {
     // Records whose rows come from filters with frozen gains, and the rows of what was measured.
     fn frozen(self, noise: &[f64]) -> (Vec<Record>, Vec<Record>, Vec<f64>) {
         let groups = self.form.groups();
-        let Self { form, motions, records, systems, hold_means, links, .. } = self;
-        let measures = (&motions, hold_means, links);
+        let Self { form, motions, records, systems, hold_means, links, late, .. } = self;
+        let measures = (&motions, hold_means, links, late);
         let parts: Vec<((Record, Record), Vec<f64>)> = (records, systems, &form.runs, measures)
             .into_par_iter()
-            .map(|(mut record, system, even, (motion, means, links))| {
+            .map(|(mut record, system, even, (motion, means, links, late))| {
                 let gains = |group: &Range<usize>| {
                     let kalman = Kalman { system: &system, group: group.clone(), noise };
                     (group.clone(), kalman.gains())
@@ -350,7 +357,7 @@ impl<'a> Pass<'a> {
                 let groups = groups.par_iter().map(gains).collect();
                 let filters = Filters { system, groups, every: even.scales.every };
                 let channels = form.channels.len();
-                let filters = Innovations { filters, joints: form.joints.clone(), channels };
+                let filters = Innovations { filters, joints: form.joints.clone(), channels, late };
                 let measured = filters.measured(even, motion, &means);
                 let filters = Arc::new(filters);
                 let smooth = even.thinned(motion, &links, &filters);
@@ -377,17 +384,25 @@ fn speed_noise(record: &Record, noise: &[f64]) -> Vec<f64> {
 // and a smoother that took it for that would chase its own noise.
 fn inputs(run: &Even, motion: &Motion, along: &Along, joint: JointChannels) -> Vec<Input> {
     let predicted = &along.predicted;
-    let link = |c: usize, k| motion::at_sample(predicted[c].len(), k, |hold| [predicted[c][hold]])[0];
+    let told = |c: Option<usize>, late, k| {
+        let of = |series: &Vec<f64>| {
+            let holds = series.len();
+            motion::at_sample(holds, read_at(k, late, holds), |hold| [series[hold]])[0]
+        };
+        c.map_or(0.0, |c| of(&predicted[c]))
+    };
     let mut inputs: Vec<Input> = (0..predicted[joint.torque].len())
         .map(|k| {
-            let [torque, motor, position] = deviation_inputs(run, motion, &along.hold_means, joint, k);
-            let torque = torque - predicted[joint.torque][k];
-            [torque, motor, position - joint.position.map_or(0.0, |c| link(c, k))]
+            let (torque, [motor, link, gear]) =
+                deviation_inputs(run, motion, &along.hold_means, joint, &along.late, k);
+            let [of_link, of_gear] = along.late[joint.dof];
+            let (link, gear) = (link - told(joint.position, of_link, k), gear - told(joint.gear, of_gear, k));
+            (torque - predicted[joint.torque][k], [motor, link, gear])
         })
         .collect();
-    let torques: Vec<f64> = inputs.iter().map(|input| input[0]).collect();
+    let torques: Vec<f64> = inputs.iter().map(|input| input.0).collect();
     let acting = delivered(&torques, &along.drives[joint.dof], run.scales.step());
-    inputs.iter_mut().zip(acting).for_each(|(input, torque)| input[0] = torque);
+    inputs.iter_mut().zip(acting).for_each(|(input, torque)| input.0 = torque);
     inputs
 }
 

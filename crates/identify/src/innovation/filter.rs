@@ -4,31 +4,37 @@
 //! e_k = y_k − C x̃_k,   x̃_{k+1} = Φ_k (x̃_k + K_k e_k) + g_k δτ_k,   z_k = L_k⁻¹ e_k,   S_k = L_k L_kᵀ
 //! ```
 //!
-//! y: what the encoders show beyond the reference. The filter is linear in y and δτ, so it can be run on measured and
+//! y: what the sensors show beyond the reference. The filter is linear in y and δτ, so it can be run on measured and
 //! predicted signals one by one.
 
 use std::ops::Range;
 
 use super::kalman::Gain;
-use super::system::{Deviations, Joint, System, Torques};
+use super::system::{Deviations, Joint, SENSORS, Shown, System, Torques};
 
 /// The frozen filters of all joints of a run.
 #[derive(Debug, Clone)]
 pub(super) struct Filters {
     pub system: System,
-    /// Groups of joints, each with the gains of its encoders, sample by sample.
+    /// Groups of joints, each with the gains of its sensors, sample by sample.
     pub groups: Vec<(Range<usize>, Vec<Gain>)>,
     /// Samples of a row.
     pub every: usize,
 }
 
+/// What the sensors of a joint show in a sample, W sets of readings at once.
+pub(super) type Readouts<const W: usize> = [[f64; W]; SENSORS];
+
+/// Rows of the sensors of a joint, W of them at once.
+pub(super) type SensorRows<const W: usize> = [Vec<[f64; W]>; SENSORS];
+
 impl Filters {
-    /// Sums of `every` whitened innovations, each by √every, of motor and link of every joint, for W sets of inputs at
-    /// once. `input(joint, k)`: torques of the hold after sample k, positions of motor and link at it.
+    /// Sums of `every` whitened innovations, each by √every, of the sensors of every joint, for W sets of inputs at
+    /// once. `input(joint, k)`: torques of the hold after sample k, what the sensors show at it.
     pub fn rows<const W: usize>(
         &self,
-        input: impl Fn(usize, usize) -> [[[f64; W]; 2]; 2],
-    ) -> Vec<[Vec<[f64; W]>; 2]> {
+        input: impl Fn(usize, usize) -> (Torques<W>, Readouts<W>),
+    ) -> Vec<SensorRows<W>> {
         #[cfg(target_arch = "x86_64")]
         if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
             // SAFETY: the machine has the instructions that the function is compiled for.
@@ -41,8 +47,8 @@ impl Filters {
     #[target_feature(enable = "avx2,fma")]
     fn run_avx2<const W: usize>(
         &self,
-        input: impl Fn(usize, usize) -> [[[f64; W]; 2]; 2],
-    ) -> Vec<[Vec<[f64; W]>; 2]> {
+        input: impl Fn(usize, usize) -> (Torques<W>, Readouts<W>),
+    ) -> Vec<SensorRows<W>> {
         self.run(input)
     }
 
@@ -50,20 +56,20 @@ impl Filters {
     #[inline(always)]
     fn run<const W: usize>(
         &self,
-        input: impl Fn(usize, usize) -> [[[f64; W]; 2]; 2],
-    ) -> Vec<[Vec<[f64; W]>; 2]> {
+        input: impl Fn(usize, usize) -> (Torques<W>, Readouts<W>),
+    ) -> Vec<SensorRows<W>> {
         let n = self.system.joints.len();
         let count = self.system.len() / self.every;
-        let mut out = vec![[Vec::with_capacity(count), Vec::with_capacity(count)]; n];
-        let mut sums = vec![[[0.0; W]; 2]; n];
+        let mut out: Vec<SensorRows<W>> = vec![std::array::from_fn(|_| Vec::with_capacity(count)); n];
+        let mut sums = vec![[[0.0; W]; SENSORS]; n];
         let mut x = vec![[[0.0; W]; 4]; n];
         let mut next = x.clone();
         let mut torques = vec![[[0.0; W]; 2]; n];
-        let mut read = vec![[[0.0; W]; 2]; n];
+        let mut read = vec![[[0.0; W]; SENSORS]; n];
         let share = 1.0 / (self.every as f64).sqrt();
         for k in 0..count * self.every {
             for i in 0..n {
-                [torques[i], read[i]] = input(i, k);
+                (torques[i], read[i]) = input(i, k);
             }
             for (group, gains) in &self.groups {
                 self.correct(group.clone(), gains, k, &read, &mut x, &mut sums);
@@ -87,25 +93,25 @@ impl Filters {
         &self,
         joint: usize,
         torques: impl Fn(usize) -> Torques<W>,
-    ) -> [Vec<[f64; W]>; 2] {
+    ) -> SensorRows<W> {
         let count = self.system.len() / self.every;
-        let mut out = [Vec::with_capacity(count), Vec::with_capacity(count)];
+        let mut out: SensorRows<W> = std::array::from_fn(|_| Vec::with_capacity(count));
         let Some((group, gains)) = self.groups.iter().find(|(group, _)| group.contains(&joint)) else {
             return out;
         };
-        let sensors = |joints: &[Joint]| joints.iter().map(|j| j.sensors().count()).sum::<usize>();
+        let sensors = |joints: &[Joint]| joints.iter().map(Joint::sensor_count).sum::<usize>();
         let joints = &self.system.joints;
         let (all, before) = (sensors(&joints[group.clone()]), sensors(&joints[group.start..joint]));
         let (own, first) = (&joints[joint], 4 * (joint - group.start));
         let mut x = [[0.0; W]; 4];
-        let mut sums = [[0.0; W]; 2];
+        let mut sums = [[0.0; W]; SENSORS];
         let share = 1.0 / (self.every as f64).sqrt();
         for k in 0..count * self.every {
-            for (which, (state, _)) in own.sensors().enumerate() {
-                let gain = &gains[k * all + before + which];
-                let e: [f64; W] = x[state].map(|x| -x);
+            for (gain, sensor) in gains[k * all + before..].iter().zip(own.sensors(k)) {
+                let mut e = [0.0; W];
+                take(&mut e, sensor.shown, &x);
                 for w in 0..W {
-                    sums[which][w] += gain.white * e[w];
+                    sums[sensor.which][w] += gain.white * e[w];
                 }
                 for (x, gain) in x.iter_mut().zip(&gain.column[first..first + 4]) {
                     for w in 0..W {
@@ -124,28 +130,28 @@ impl Filters {
         out
     }
 
-    // e = y − c x̃,  x̃ ← x̃ + K e,  encoder by encoder;  adds e/√S to the sums.
+    // e = y − c x̃,  x̃ ← x̃ + K e,  sensor by sensor;  adds e/√S to the sums.
     #[inline(always)]
     fn correct<const W: usize>(
         &self,
         group: Range<usize>,
         gains: &[Gain],
         k: usize,
-        read: &[[[f64; W]; 2]],
+        read: &[Readouts<W>],
         x: &mut Deviations<W>,
-        sums: &mut [[[f64; W]; 2]],
+        sums: &mut [Readouts<W>],
     ) {
         let joints = &self.system.joints[group.clone()];
-        let sensors: usize = joints.iter().map(|j| j.sensors().count()).sum();
+        let sensors: usize = joints.iter().map(Joint::sensor_count).sum();
         let mut gains = gains[k * sensors..(k + 1) * sensors].iter();
         let x = &mut x[group.clone()];
         for (i, joint) in joints.iter().enumerate() {
-            for (which, (state, _)) in joint.sensors().enumerate() {
+            for sensor in joint.sensors(k) {
                 let Some(gain) = gains.next() else { return };
-                let mut e = read[group.start + i][which];
+                let mut e = read[group.start + i][sensor.which];
+                take(&mut e, sensor.shown, &x[i]);
                 for w in 0..W {
-                    e[w] -= x[i][state][w];
-                    sums[group.start + i][which][w] += gain.white * e[w];
+                    sums[group.start + i][sensor.which][w] += gain.white * e[w];
                 }
                 for (x, gain) in x.iter_mut().flatten().zip(&gain.column) {
                     for w in 0..W {
@@ -157,21 +163,38 @@ impl Filters {
     }
 }
 
+// e ← e − c x̃
+#[inline(always)]
+fn take<const W: usize>(e: &mut [f64; W], shown: Shown, x: &[[f64; W]; 4]) {
+    match shown {
+        Shown::State(state) => (0..W).for_each(|w| e[w] -= x[state][w]),
+        Shown::Sum(c) => {
+            for (c, x) in c.iter().zip(x) {
+                (0..W).for_each(|w| e[w] -= c * x[w]);
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::kalman::Kalman;
-    use super::super::system::{Encoders, Linear};
+    use super::super::system::{Linear, Readings};
     use super::*;
 
     // A rigid joint of inertia 2 whose velocity decays with 0.5 1/s.
     fn system(samples: usize) -> System {
+        system_of(samples, Readings { motor: 1e-10, link: None, gear: None, shown: 0 })
+    }
+
+    fn system_of(samples: usize, readings: Readings) -> System {
         let mut linear =
             Linear { motor: [0.0, 0.5, 0.0, 0.0], link: [0.0, 0.5, 0.0, 0.0], ..Linear::default() };
         linear.a[0][1] = 1.0;
         linear.a[1][1] = -0.5;
         linear.push = [0.0, -1.0, 0.0, 0.0];
-        let encoders = Encoders { motor: 1e-10, link: None, shown: 0 };
-        System::new(vec![encoders], &[&vec![linear; samples]], &[vec![0.5]], samples, 1e-3)
+        linear.gear = [1e4, 0.0, 0.0, 0.0];
+        System::new(vec![readings], &[&vec![linear; samples]], &[vec![0.5]], samples, 1e-3)
     }
 
     // Readings of its position under torque noise of one and encoder noise of 10⁻⁵, and the true motion.
@@ -208,7 +231,7 @@ mod tests {
         let noise = [1.0];
         let gains = Kalman { system: &system, group: 0..1, noise: &noise }.gains();
         let filters = Filters { system, groups: vec![(0..1, gains)], every: 16 };
-        let rows = filters.rows(|_, k| [[[0.0], [0.0]], [[read[k]], [0.0]]]);
+        let rows = filters.rows(|_, k| ([[0.0], [0.0]], [[read[k]], [0.0], [0.0]]));
         let z: Vec<f64> = rows[0][0][60..].iter().map(|[z]| *z).collect();
         let mean = z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64;
         let lag = z.windows(2).map(|z| z[0] * z[1]).sum::<f64>() / z.len() as f64;
@@ -222,11 +245,42 @@ mod tests {
         let misfit = |noise: f64| {
             let kalman = Kalman { system: &system, group: 0..1, noise: &[noise] };
             let mut sum = 0.0;
-            kalman.misfit(8000, |_, k| [0.0, read[k], 0.0], |_, k, x| sum += if k > 500 { x } else { 0.0 });
+            kalman.misfit(
+                8000,
+                |_, k| (0.0, [read[k], 0.0, 0.0]),
+                |_, k, x| sum += if k > 500 { x } else { 0.0 },
+            );
             sum
         };
         let at = misfit(1.0);
         assert!(misfit(0.6) > at + 10.0 && misfit(1.7) > at + 10.0);
+    }
+
+    // A torque of 10⁴ N·m/rad reads the same as an encoder does: of twice the variance each, both are worth one encoder.
+    #[test]
+    fn a_torque_behind_the_gear_is_worth_the_position_it_shows() {
+        let one = system(2000);
+        let two = system_of(2000, Readings { motor: 2e-10, link: None, gear: Some(2e-10 * 1e8), shown: 0 });
+        let (read, _) = readings(&one);
+        let smoothed = |system: &System, input: &dyn Fn(usize) -> [f64; 3]| {
+            let kalman = Kalman { system, group: 0..1, noise: &[1.0] };
+            let mut misfit = 0.0;
+            kalman.misfit(2000, |_, k| (0.0, input(k)), |_, _, x| misfit += x);
+            (kalman.smoothed(|_, k| (0.0, input(k))), misfit)
+        };
+        let (position, alone) = smoothed(&one, &|k| [read[k], 0.0, 0.0]);
+        let (both, together) = smoothed(&two, &|k| [read[k], 0.0, 1e4 * read[k]]);
+        for (a, b) in position[0].iter().zip(&both[0]) {
+            assert!((a[0] - b[0]).abs() < 1e-9 && (a[1] - b[1]).abs() < 1e-6, "{a:?} {b:?}");
+        }
+        // What two equal readings say beyond one: ln of the variance of their difference, 4 · 10⁻² (N·m)².
+        let beyond = 2000.0 * (4e-10f64 * 1e8).ln();
+        assert!((together - alone - beyond).abs() < 1e-3, "{together} {alone}");
+        // The filter with frozen gains whitens what the Kalman filter does.
+        let gains = Kalman { system: &two, group: 0..1, noise: &[1.0] }.gains();
+        let filters = Filters { system: two, groups: vec![(0..1, gains)], every: 1 };
+        let rows = filters.rows(|_, k| ([[0.0], [0.0]], [[read[k]], [0.0], [1e4 * read[k]]]));
+        assert!(rows[0][2].iter().all(|[z]| z.abs() < 10.0));
     }
 
     #[test]
@@ -234,7 +288,7 @@ mod tests {
         let system = system(4000);
         let (read, truth) = readings(&system);
         let kalman = Kalman { system: &system, group: 0..1, noise: &[1.0] };
-        let smooth = kalman.smoothed(|_, k| [0.0, read[k], 0.0]);
+        let smooth = kalman.smoothed(|_, k| (0.0, [read[k], 0.0, 0.0]));
         let rms = |x: &dyn Fn(usize) -> f64| {
             ((500..3500).map(|k| (x(k) - truth[k]).powi(2)).sum::<f64>() / 3000.0).sqrt()
         };

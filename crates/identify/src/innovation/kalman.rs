@@ -1,18 +1,18 @@
 //! The Kalman filter of the deviations of a group of joints: its gains, its likelihood, its smoother.
 //!
-//! The encoders are taken one after the other, which gives the factor of their covariance without factoring it.
+//! The sensors are taken one after the other, which gives the factor of their covariance without factoring it.
 //!
 //! Source: Kalman, *A new approach to linear filtering and prediction problems*, J. Basic Engineering 82, 1960;
 //! Bierman, *Fixed interval smoothing with discrete measurements*, Int. J. Control 18, 1973.
 
 use std::ops::Range;
 
-use super::system::{Joint, State, System};
+use super::system::{Joint, SENSORS, Shown, State, System};
 
 /// Most joints whose covariance is carried along together.
 pub(super) const GROUP: usize = 3;
 
-/// The gain of one encoder in one sample, on the states of its group.
+/// The gain of one sensor in one sample, on the states of its group.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Gain {
     /// K, by state of the group.
@@ -21,14 +21,14 @@ pub(super) struct Gain {
     pub white: f64,
 }
 
-/// Inputs of one sample: torque of the hold that follows, motor and link position.
-pub(super) type Input = [f64; 3];
+/// Inputs of one sample: torque of the hold that follows, what the sensors show.
+pub(super) type Input = (f64, [f64; SENSORS]);
 
 // Standard deviation of the deviation at the start: position, velocity.
 const START: [f64; 2] = [1e-3, 0.1];
 // Noise of the link's torque as a share of the motor's.
 const LINK_SHARE: f64 = 0.04;
-// Both while a link without an encoder is led to where it may have started: no torque is known there.
+// Both while a link that no sensor shows is led to where it may have started: no torque is known there.
 const LED: [f64; 2] = [30.0, 30.0];
 
 /// The Kalman filter of a group of joints about their reference.
@@ -55,7 +55,7 @@ impl Kalman<'_> {
         &self.system.joints[self.group.clone()]
     }
 
-    /// The gains of every encoder in every sample, joint by joint.
+    /// The gains of every sensor in every sample, joint by joint.
     pub fn gains(&self) -> Vec<Gain> {
         by_size!(self, gains_of())
     }
@@ -80,7 +80,7 @@ impl Kalman<'_> {
         squares.into_iter().map(|sum| (sum / (self.system.len() - begun).max(1) as f64).sqrt()).collect()
     }
 
-    // The gains of every encoder, and after those of a sample the variance of the velocity of every motor.
+    // The gains of every sensor, and after those of a sample the variance of the velocity of every motor.
     fn follow<const D: usize>(
         &self,
         mut gain: impl FnMut(Gain),
@@ -89,7 +89,7 @@ impl Kalman<'_> {
         let mut p = self.start::<D>();
         for k in 0..self.system.len() {
             for (i, joint) in self.joints().iter().enumerate() {
-                joint.sensors().for_each(|(state, read)| gain(update(&mut p, 4 * i + state, read)));
+                joint.sensors(k).for_each(|s| gain(update(&mut p, i, s.shown, s.variance)));
             }
             (0..self.group.len()).for_each(|i| variance(k, i, p[4 * i + 1][4 * i + 1]));
             p = self.step(k).forward(&p);
@@ -114,9 +114,8 @@ impl Kalman<'_> {
     ) {
         let (mut p, mut x) = (self.start::<D>(), [0.0; D]);
         for k in 0..samples.min(self.system.len()) {
-            self.correct(k, &mut p, &mut x, input, |state, gain, e| {
-                let joint = self.group.start + state / 4;
-                told(joint, k, (e * gain.white).powi(2) - 2.0 * gain.white.ln());
+            self.correct(k, &mut p, &mut x, input, |Read { joint, gain, e, .. }| {
+                told(self.group.start + joint, k, (e * gain.white).powi(2) - 2.0 * gain.white.ln());
             });
             let step = self.step(k);
             p = step.forward(&p);
@@ -132,30 +131,34 @@ impl Kalman<'_> {
     // Bryson and Frazier's form, which inverts no covariance: one that is nearly singular, of a joint with little noise
     // or without a link encoder, would be amplified from round to round.
     //
-    // x̂_k = x_k − P_k λ_k,   λ_{k−1} = Φᵀ λ⁻_k,   encoder by encoder backwards:  λ⁻ = λ − c (Kᵀλ + e/S)
+    // x̂_k = x_k − P_k λ_k,   λ_{k−1} = Φᵀ λ⁻_k,   sensor by sensor backwards:  λ⁻ = λ − c (Kᵀλ + e/S)
     fn smoothed_of<const D: usize>(&self, input: &impl Fn(usize, usize) -> Input) -> Vec<Vec<State>> {
         let n = self.system.len();
-        // After the encoders of each sample: x, P, and of every encoder its state, K, e and 1/√S.
+        // After the sensors of each sample: x, P, and what every sensor read.
         let mut seen: Vec<([f64; D], Matrix<D>)> = Vec::with_capacity(n);
-        let mut read: Vec<(usize, Gain, f64)> = Vec::new();
+        let mut read: Vec<Read> = Vec::new();
         let (mut p, mut x) = (self.start::<D>(), [0.0; D]);
         for k in 0..n {
-            self.correct(k, &mut p, &mut x, input, |state, gain, e| read.push((state, gain, e)));
+            self.correct(k, &mut p, &mut x, input, |one| read.push(one));
             seen.push((x, p));
             let step = self.step(k);
             p = step.forward(&p);
             x = self.predict(&step, k, &x, input);
         }
-        let encoders = read.len() / n.max(1);
+        let sensors = read.len() / n.max(1);
         let mut lambda = [0.0; D];
         for k in (0..n).rev() {
             let (x, p) = &mut seen[k];
             for (lambda, p) in lambda.iter().zip(p.iter()) {
                 add(x, -lambda, p);
             }
-            for (state, gain, e) in read[k * encoders..(k + 1) * encoders].iter().rev() {
+            for Read { joint, shown, gain, e } in read[k * sensors..(k + 1) * sensors].iter().rev() {
                 let pull: f64 = lambda.iter().zip(&gain.column).map(|(l, g)| l * g).sum();
-                lambda[*state] -= pull + e * gain.white * gain.white;
+                let pull = pull + e * gain.white * gain.white;
+                match shown {
+                    Shown::State(state) => lambda[4 * joint + state] -= pull,
+                    Shown::Sum(c) => (0..4).for_each(|s| lambda[4 * joint + s] -= c[s] * pull),
+                }
             }
             if k > 0 {
                 let turned = self.step::<D>(k - 1).turned;
@@ -169,28 +172,32 @@ impl Kalman<'_> {
     fn start<const D: usize>(&self) -> Matrix<D> {
         let mut p = [[0.0; D]; D];
         for (i, joint) in self.joints().iter().enumerate() {
-            for s in 0..joint.encoders.shown + 2 {
+            for s in 0..joint.readings.shown + 2 {
                 p[4 * i + s][4 * i + s] = START[s % 2] * START[s % 2];
             }
         }
         p
     }
 
-    // One sample's encoders: `told` is given the state, the gain and the innovation of each.
+    // One sample's sensors; `told` is given what each reads.
     fn correct<const D: usize>(
         &self,
         k: usize,
         p: &mut Matrix<D>,
         x: &mut [f64; D],
         input: &impl Fn(usize, usize) -> Input,
-        mut told: impl FnMut(usize, Gain, f64),
+        mut told: impl FnMut(Read),
     ) {
         for (i, joint) in self.joints().iter().enumerate() {
-            let [_, motor, link] = input(self.group.start + i, k);
-            for ((state, variance), y) in joint.sensors().zip([motor, link]) {
-                let gain = update(p, 4 * i + state, variance);
-                let e = y - x[4 * i + state];
-                told(4 * i + state, gain, e);
+            let (_, y) = input(self.group.start + i, k);
+            for sensor in joint.sensors(k) {
+                let gain = update(p, i, sensor.shown, sensor.variance);
+                let told_by_state = match sensor.shown {
+                    Shown::State(state) => x[4 * i + state],
+                    Shown::Sum(c) => (0..4).map(|s| c[s] * x[4 * i + s]).sum(),
+                };
+                let e = y[sensor.which] - told_by_state;
+                told(Read { joint: i, shown: sensor.shown, gain, e });
                 for (x, column) in x.iter_mut().zip(gain.column) {
                     *x += column * e;
                 }
@@ -211,7 +218,7 @@ impl Kalman<'_> {
             add(&mut next, *x, column);
         }
         for (i, joint) in self.group.clone().enumerate() {
-            add(&mut next, input(joint, k)[0], &step.pushes[2 * i]);
+            add(&mut next, input(joint, k).0, &step.pushes[2 * i]);
         }
         next
     }
@@ -222,13 +229,21 @@ impl Kalman<'_> {
         self.system.step(self.group.clone(), k, &mut turned, &mut pushes);
         let variance = std::array::from_fn(|m| {
             let Some(joint) = self.joints().get(m / 2) else { return 0.0 };
-            let is_led = k < self.system.led && joint.encoders.is_led();
+            let is_led = k < self.system.led && joint.readings.is_led();
             let shares = if is_led { LED } else { [1.0, LINK_SHARE] };
             // Motor and link in turn.
             (self.noise[self.group.start + m / 2] * shares[m % 2]).powi(2)
         });
         Step { turned, pushes, variance }
     }
+}
+
+// What a sensor of a joint of the group reads in a sample.
+struct Read {
+    joint: usize,
+    shown: Shown,
+    gain: Gain,
+    e: f64,
 }
 
 type Matrix<const D: usize> = [[f64; D]; D];
@@ -297,9 +312,16 @@ fn add<const D: usize>(a: &mut [f64; D], s: f64, b: &[f64; D]) {
 }
 
 // K = P c/S,   P ← P − K S Kᵀ,   S = cᵀ P c + R
-fn update<const D: usize>(p: &mut Matrix<D>, state: usize, variance: f64) -> Gain {
-    let row = p[state];
-    let s = row[state] + variance;
+fn update<const D: usize>(p: &mut Matrix<D>, joint: usize, shown: Shown, variance: f64) -> Gain {
+    let (row, square) = match shown {
+        Shown::State(state) => (p[4 * joint + state], p[4 * joint + state][4 * joint + state]),
+        Shown::Sum(c) => {
+            let mut row = [0.0; D];
+            (0..4).for_each(|s| add(&mut row, c[s], &p[4 * joint + s]));
+            (row, (0..4).map(|s| c[s] * row[4 * joint + s]).sum())
+        }
+    };
+    let s = square + variance;
     let mut gain = Gain { column: [0.0; 4 * GROUP], white: 1.0 / s.sqrt() };
     for (p, (gain, seen)) in p.iter_mut().zip(gain.column.iter_mut().zip(row)) {
         *gain = seen / s;

@@ -2,7 +2,7 @@
 
 use faer::Mat;
 
-use sinew_effect::{Actuation, Derivative};
+use sinew_effect::{Actuation, Derivative, Sensor};
 use sinew_model::Scalar;
 use sinew_plant::{Dynamics, ImposedOut, LinkState, Plant};
 use sinew_rigid::{Bodies, Scratch, mass_matrix_with};
@@ -28,6 +28,8 @@ pub(super) struct Along {
     pub mobility: Vec<Vec<f64>>,
     /// The drives, by degree of freedom.
     pub drives: Vec<Actuation<f64>>,
+    /// Samples by which link positions and torques behind gears are read late, by degree of freedom.
+    pub late: Vec<[isize; 2]>,
 }
 
 // Inertia of a motor of which none is stated, as a share of its link's.
@@ -94,7 +96,11 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
     }
     let links = Links { motion: links };
     let drives = joints.iter().map(|&i| walk.actuation[i]).collect();
-    Along { predicted, linear, links, hold_means, mobility, drives }
+    let late =
+        |sensor, i: usize| (walk.dynamics.reading(sensor)[i].delay / record.scales.step()).round() as isize;
+    let late =
+        joints.iter().map(|&i| [Sensor::JointPosition, Sensor::JointTorque].map(|s| late(s, i))).collect();
+    Along { predicted, linear, links, hold_means, mobility, drives, late }
 }
 
 // h²/24 τ̈_m of a damper whose motor's velocity is the mean of the hold, its link's that in the middle:
@@ -158,6 +164,7 @@ impl Dual<'_> {
         linear.a[2][3] = 1.0;
         for s in 0..4 {
             linear.a[1][s] = -tau_m[s] / rotor;
+            linear.gear[s] = self.out.tau_j[dof].derivative[s];
             linear.push[s] = link[s];
             linear.a[3][s] = mobility * link[s];
         }

@@ -16,14 +16,14 @@ pub(super) struct Even {
     pub name: String,
     pub scales: Scales,
     pub time: Vec<f64>,
-    /// Torque held after each sample, by channel; empty for other channels.
+    /// Motor torque held after each sample, by channel; empty for other channels.
     pub torque: Vec<Vec<f64>>,
     /// By how much it changes from hold to hold at each sample, smoothed.
     pub torque_steps: Vec<Vec<f64>>,
     /// Motor position as read, by degree of freedom.
     pub theta: Vec<Vec<f64>>,
-    /// Link position as read, by channel; empty for other channels.
-    pub link: Vec<Vec<f64>>,
+    /// What other channels read at each sample; empty of motor torques.
+    pub read: Vec<Vec<f64>>,
     /// Standard deviation of a reading: of each channel, of each motor position.
     pub noise: Vec<f64>,
     pub theta_noise: Vec<f64>,
@@ -77,7 +77,7 @@ impl Even {
             scales: own,
             torque: vec![Vec::new(); sensors.channels.len()],
             torque_steps: vec![Vec::new(); sensors.channels.len()],
-            link: vec![Vec::new(); sensors.channels.len()],
+            read: vec![Vec::new(); sensors.channels.len()],
             theta: vec![still.clone(); nv],
             noise: Vec::new(),
             theta_noise: vec![0.0; nv],
@@ -101,17 +101,21 @@ impl Even {
             let signal = channel_signal(robot, run, channel);
             let x = resample(&run.time, &signal.values, &grid);
             even.noise.push(noise_of(&signal, &x));
-            if channel.sensor == Sensor::JointPosition {
-                let (value, rate) = (smoother.value(&x), smoother.rate(&x));
-                let first = ((START / own.period).round() as usize).min(value.len());
-                even.start[channel.dof] = Some((0..first).map(|k| [value[k], rate[k]]).collect());
-                even.link[c] = reach(&x);
-            } else {
-                even.torque[c] = reach(&x);
-                // A hold's torque is that of its middle: the rate at a sample is the mean of the holds that meet there.
-                let rate = smoother.rate(&x);
-                let step = |k: usize| 0.5 * own.period * (rate[k] + rate[k.saturating_sub(1)]);
-                even.torque_steps[c] = (0..rate.len()).map(step).collect();
+            match channel.sensor {
+                Sensor::MotorTorque => {
+                    even.torque[c] = reach(&x);
+                    // A hold's torque is that of its middle: the rate at a sample is the mean of the holds that meet there.
+                    let rate = smoother.rate(&x);
+                    let step = |k: usize| 0.5 * own.period * (rate[k] + rate[k.saturating_sub(1)]);
+                    even.torque_steps[c] = (0..rate.len()).map(step).collect();
+                }
+                Sensor::JointPosition => {
+                    let (value, rate) = (smoother.value(&x), smoother.rate(&x));
+                    let first = ((START / own.period).round() as usize).min(value.len());
+                    even.start[channel.dof] = Some((0..first).map(|k| [value[k], rate[k]]).collect());
+                    even.read[c] = reach(&x);
+                }
+                Sensor::JointTorque => even.read[c] = reach(&x),
             }
         }
         (even, motion)
@@ -137,8 +141,8 @@ impl Even {
         });
         let time = mean(&self.time);
         let measured =
-            self.torque.iter().zip(&self.link).map(|(torque, link)| {
-                if link.is_empty() { torque[..time.len()].to_vec() } else { mean(link) }
+            self.torque.iter().zip(&self.read).map(|(torque, read)| {
+                if read.is_empty() { torque[..time.len()].to_vec() } else { mean(read) }
             });
         Record {
             name: self.name.clone(),

@@ -2,18 +2,22 @@
 
 use sinew_effect::{DIRECTIONS, Derivative, LANES};
 
-use super::filter::Filters;
+use super::filter::{Filters, SensorRows};
+use super::kalman::Input;
 use super::motion::{Even, Motion, at_sample, in_hold};
+use super::system::SENSORS;
 use crate::series::{Predicted, Which};
 
-/// The frozen filters of a run, and the channels that they take in and give out: the innovation of a motor stands in the
-/// place of its torque, that of a link in the place of its position.
+/// The frozen filters of a run, and the channels that they take in and give out: the innovation of a motor's position stands
+/// in the place of its torque, those of a link's position and of a torque behind the gear in their own.
 #[derive(Debug, Clone)]
 pub(crate) struct Innovations {
     pub(super) filters: Filters,
     /// By joint of the filters.
     pub(super) joints: Vec<JointChannels>,
     pub(super) channels: usize,
+    /// Samples by which what is behind the gears is read late, by degree of freedom.
+    pub(super) late: Vec<[isize; 2]>,
 }
 
 impl Innovations {
@@ -72,11 +76,15 @@ impl Innovations {
         let holds = self.filters.system.len();
         let on_link: Vec<bool> = self.joints.iter().map(|j| has_links(j.dof)).collect();
         let input = |joint: usize, k: usize| {
-            let JointChannels { dof, torque, position } = self.joints[joint];
+            let JointChannels { dof, torque, position, gear } = self.joints[joint];
             let on_link = if on_link[joint] { of(Which::Link(dof), k) } else { [0.0; W] };
             let torques = [of(Which::Channel(torque), k), on_link];
-            let link = position.map_or([0.0; W], |c| at_sample(holds, k, |hold| of(Which::Channel(c), hold)));
-            [torques, [[0.0; W], link]]
+            let told = |c: Option<usize>, late| {
+                let k = read_at(k, late, holds);
+                c.map_or([0.0; W], |c| at_sample(holds, k, |hold| of(Which::Channel(c), hold)))
+            };
+            let [of_link, of_gear] = self.late[dof];
+            (torques, [[0.0; W], told(position, of_link), told(gear, of_gear)])
         };
         self.by_channel(self.filters.rows(input))
     }
@@ -85,38 +93,40 @@ impl Innovations {
     /// middle.
     pub(super) fn measured(&self, even: &Even, motion: &Motion, means: &[Vec<f64>]) -> Vec<f64> {
         let input = |joint: usize, k: usize| {
-            let [torque, motor, link] = deviation_inputs(even, motion, means, self.joints[joint], k);
-            [[[torque], [0.0]], [[motor], [link]]]
+            let (torque, read) = deviation_inputs(even, motion, means, self.joints[joint], &self.late, k);
+            ([[torque], [0.0]], read.map(|x| [x]))
         };
         let rows = self.by_channel(self.filters.rows(input));
         rows.into_iter().flatten().map(|[x]| x).collect()
     }
 
     /// Rows of a channel that each of several torques along the run would give: on the motor in the rows of the motor, on
-    /// the link in those of the link.
+    /// the link in those of what is behind the gear.
     pub fn of_torques(&self, channel: usize, series: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let is = |j: &JointChannels| j.torque == channel || j.position == Some(channel);
-        let Some(joint) = self.joints.iter().position(is) else { return vec![Vec::new(); series.len()] };
-        let of_motor = self.joints[joint].torque == channel;
+        let which = |j: &JointChannels| j.by_sensor().iter().position(|c| *c == Some(channel));
+        let found = self.joints.iter().enumerate().find_map(|(joint, j)| Some((joint, which(j)?)));
+        let Some((joint, which)) = found else { return vec![Vec::new(); series.len()] };
+        let of_motor = which == 0;
         let mut out = Vec::with_capacity(series.len());
         for part in series.chunks(DIRECTIONS) {
             let torques = |k: usize| {
                 let sets = std::array::from_fn(|w| part.get(w).map_or(0.0, |s| s[k]));
                 if of_motor { [sets, [0.0; DIRECTIONS]] } else { [[0.0; DIRECTIONS], sets] }
             };
-            let [motor, link]: [Vec<[f64; DIRECTIONS]>; 2] = self.filters.rows_alone(joint, torques);
-            let rows = if of_motor { motor } else { link };
+            let rows: SensorRows<DIRECTIONS> = self.filters.rows_alone(joint, torques);
+            let rows = &rows[which];
             out.extend((0..part.len()).map(|w| rows.iter().map(|row| row[w]).collect()));
         }
         out
     }
 
-    fn by_channel<const W: usize>(&self, rows: Vec<[Vec<[f64; W]>; 2]>) -> Vec<Vec<[f64; W]>> {
+    fn by_channel<const W: usize>(&self, rows: Vec<SensorRows<W>>) -> Vec<Vec<[f64; W]>> {
         let mut out = vec![Vec::new(); self.channels];
-        for (joint, [motor, link]) in self.joints.iter().zip(rows) {
-            out[joint.torque] = motor;
-            if let Some(c) = joint.position {
-                out[c] = link;
+        for (joint, rows) in self.joints.iter().zip(rows) {
+            for (channel, rows) in joint.by_sensor().into_iter().zip(rows) {
+                if let Some(c) = channel {
+                    out[c] = rows;
+                }
             }
         }
         out
@@ -134,23 +144,40 @@ pub(crate) struct JointChannels {
     pub dof: usize,
     pub torque: usize,
     pub position: Option<usize>,
+    pub gear: Option<usize>,
 }
 
-/// Torque in the middle of the hold, motor and link position as measured, seen from the reference; the link's with the
-/// same error of interpolation between holds that a prediction has.
+impl JointChannels {
+    // The channels in which the rows of its sensors stand.
+    fn by_sensor(&self) -> [Option<usize>; SENSORS] {
+        [Some(self.torque), self.position, self.gear]
+    }
+}
+
+/// The sample in which a sensor that is so much late shows sample k, among those up to `last`.
+pub(super) fn read_at(k: usize, late: isize, last: usize) -> usize {
+    k.saturating_add_signed(late).min(last)
+}
+
+/// Torque in the middle of the hold, and what the sensors show, seen from the reference; the link's position with the
+/// same error of interpolation between holds that a prediction has, the torque behind the gear as it was read. What is read
+/// late is taken when it is read.
 pub(super) fn deviation_inputs(
     even: &Even,
     motion: &Motion,
     means: &[Vec<f64>],
     joint: JointChannels,
+    late: &[[isize; 2]],
     k: usize,
-) -> [f64; 3] {
-    let JointChannels { dof, torque, position } = joint;
-    let theta = motion.theta[dof][k];
+) -> Input {
+    let JointChannels { dof, torque, position, gear } = joint;
+    let (theta, [of_link, of_gear]) = (motion.theta[dof][k], late[dof]);
+    let read = |c: usize, late| even.read[c][read_at(k, late, even.read[c].len() - 1)];
     let link = position.map_or(0.0, |c| {
         let holds = motion.theta[dof].len() - 1;
         let [between] = at_sample(holds, k, |hold| [motion.middle(dof, hold, even.scales.period)]);
-        even.link[c][k] + between - theta
+        read(c, of_link) + between - theta
     });
-    [even.torque[torque][k] - means[dof][k], even.theta[dof][k] - theta, link]
+    let gear = gear.map_or(0.0, |c| read(c, of_gear));
+    (even.torque[torque][k] - means[dof][k], [even.theta[dof][k] - theta, link, gear])
 }

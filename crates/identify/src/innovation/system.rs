@@ -26,6 +26,8 @@ pub(super) struct Linear {
     pub link: State,
     /// The force on the joint's own body.
     pub push: State,
+    /// The torque behind the gear.
+    pub gear: State,
 }
 
 /// The same over one sample period: the Padé approximation of second degree of the exponential over a part of it,
@@ -112,30 +114,56 @@ fn eliminate<const N: usize>(left: &mut Square, right: &mut [[f64; N]; 4]) {
     }
 }
 
-/// What the encoders of a joint can show.
+/// How well the sensors of a joint are read.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Encoders {
+pub(super) struct Readings {
     /// Variance of a reading of the motor's position.
     pub motor: f64,
     /// The same of the link's, where it has an encoder.
     pub link: Option<f64>,
+    /// The same of the torque behind the gear, where it is measured and a spring stands there.
+    pub gear: Option<f64>,
     /// State that the link's encoder shows: 2, or 0 of a rigid joint.
     pub shown: usize,
 }
 
-impl Encoders {
+impl Readings {
     /// True if nothing shows where a link on a spring is.
     pub fn is_led(&self) -> bool {
-        self.shown == 2 && self.link.is_none()
+        self.shown == 2 && self.link.is_none() && self.gear.is_none()
     }
+}
+
+/// Sensors that a joint may have: encoders of motor and link, torque behind the gear.
+pub(super) const SENSORS: usize = 3;
+
+/// What a sensor shows of its joint.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Shown {
+    /// This state.
+    State(usize),
+    /// The sum of all states with these weights.
+    Sum(State),
+}
+
+/// A sensor in one sample.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sensor {
+    /// Which of the [`SENSORS`] it is.
+    pub which: usize,
+    pub shown: Shown,
+    /// Variance of a reading.
+    pub variance: f64,
 }
 
 /// The equations of a joint along a run.
 #[derive(Debug, Clone)]
 pub(super) struct Joint {
-    pub encoders: Encoders,
+    pub readings: Readings,
     /// By sample.
     pub steps: Vec<Discrete>,
+    // The torque behind the gear by sample; empty where it is not read.
+    gear: Vec<State>,
 }
 
 /// What the joints do to each other over one sample period, beyond what each would do by itself: `n` × `n` blocks, by
@@ -177,15 +205,19 @@ impl System {
     ///
     /// Joint i:  q̈̃_i = Σ_j (M⁻¹)_ij push_j · x̃_j
     pub fn new(
-        encoders: Vec<Encoders>,
+        readings: Vec<Readings>,
         linear: &[&[Linear]],
         mobility: &[Vec<f64>],
         mobility_every: usize,
         period: f64,
     ) -> Self {
         let over = |linear: &[Linear]| linear.iter().map(|l| l.over(period)).collect();
-        let joint = |(encoders, linear): (Encoders, &&[Linear])| Joint { encoders, steps: over(linear) };
-        let joints: Vec<Joint> = encoders.into_par_iter().zip(linear).map(joint).collect();
+        let joint = |(readings, linear): (Readings, &&[Linear])| Joint {
+            readings,
+            steps: over(linear),
+            gear: readings.gear.map_or_else(Vec::new, |_| linear.iter().map(|l| l.gear).collect()),
+        };
+        let joints: Vec<Joint> = readings.into_par_iter().zip(linear).map(joint).collect();
         let (mut couplings, mut coupling) = (Vec::new(), Vec::new());
         let n = joints.len();
         if n > 1 {
@@ -202,7 +234,7 @@ impl System {
                 if k % mobility_every == 0 || (0..n).any(changed) {
                     let at: Vec<&Linear> = linear.iter().map(|l| &l[k]).collect();
                     let own: Vec<&Discrete> = joints.iter().map(|j| &j.steps[k]).collect();
-                    let shown: Vec<usize> = joints.iter().map(|j| j.encoders.shown).collect();
+                    let shown: Vec<usize> = joints.iter().map(|j| j.readings.shown).collect();
                     couplings.push(Coupling::new(&at, &own, &shown, mobility, period));
                     last = k;
                 }
@@ -221,7 +253,7 @@ impl System {
     /// By how much the motor of one joint is faster after a hold with one more N·m on that of another.
     pub fn kick(&self, to: usize, from: usize, k: usize) -> f64 {
         let own = if to == from { self.joints[to].steps[k].motor[1] } else { 0.0 };
-        let is_rigid = self.joints[to].encoders.shown == 0;
+        let is_rigid = self.joints[to].readings.shown == 0;
         let coupling = self.coupling.get(k).filter(|_| is_rigid).map(|&c| &self.couplings[c]);
         own + coupling.map_or(0.0, |c| c.motor[to * self.joints.len() + from][1])
     }
@@ -241,7 +273,7 @@ impl System {
         }
         let Some(coupling) = self.coupling.get(k).map(|&c| &self.couplings[c]) else { return };
         for (i, to) in joints.clone().enumerate() {
-            let link = self.joints[to].encoders.shown;
+            let link = self.joints[to].readings.shown;
             let [mut position, mut velocity] = [next[i][link], next[i][link + 1]];
             for (j, from) in joints.clone().enumerate() {
                 let entry = to * self.joints.len() + from;
@@ -286,7 +318,7 @@ impl System {
         }
         let Some(coupling) = self.coupling.get(k).map(|&c| &self.couplings[c]) else { return };
         for (i, to) in joints.clone().enumerate() {
-            let link = 4 * i + self.joints[to].encoders.shown;
+            let link = 4 * i + self.joints[to].readings.shown;
             for (j, from) in joints.clone().enumerate() {
                 let entry = to * self.joints.len() + from;
                 for (r, of_row) in coupling.blocks[entry].iter().enumerate() {
@@ -384,10 +416,19 @@ impl Joint {
         next
     }
 
-    /// The states that its encoders show, with the variances of a reading.
-    pub fn sensors(&self) -> impl Iterator<Item = (usize, f64)> {
-        let link = self.encoders.link.map(|variance| (self.encoders.shown, variance));
-        [(0, self.encoders.motor)].into_iter().chain(link)
+    /// Its sensors in sample k.
+    #[inline(always)]
+    pub fn sensors(&self, k: usize) -> impl Iterator<Item = Sensor> {
+        let Readings { motor, link, gear, shown } = self.readings;
+        let motor = Sensor { which: 0, shown: Shown::State(0), variance: motor };
+        let link = link.map(|variance| Sensor { which: 1, shown: Shown::State(shown), variance });
+        let gear = gear.map(|variance| Sensor { which: 2, shown: Shown::Sum(self.gear[k]), variance });
+        [motor].into_iter().chain(link).chain(gear)
+    }
+
+    /// How many it has.
+    pub fn sensor_count(&self) -> usize {
+        1 + usize::from(self.readings.link.is_some()) + usize::from(self.readings.gear.is_some())
     }
 }
 
@@ -407,8 +448,8 @@ mod tests {
         rigid.a[0][1] = 1.0;
         rigid.a[1] = rigid.push.map(|p| mobility[3] * p);
         (rigid.motor[1], rigid.link[1]) = (mobility[3], mobility[3]);
-        let encoders = [2, 0].map(|shown| Encoders { motor: 1e-10, link: None, shown });
-        System::new(encoders.to_vec(), &[&[elastic], &[rigid]], &[mobility.to_vec()], 1, period)
+        let readings = [2, 0].map(|shown| Readings { motor: 1e-10, link: None, gear: None, shown });
+        System::new(readings.to_vec(), &[&[elastic], &[rigid]], &[mobility.to_vec()], 1, period)
     }
 
     // The gains and the rows must step alike.
