@@ -1,10 +1,13 @@
 //! The descent of a candidate from its screened strengths to its minimum.
 
-use sinew_effect::SWING_FREQUENCY;
+use sinew_effect::{Act, SWING_FREQUENCY};
 
 use crate::colour::Whitener;
+use crate::freedom::Springs;
+use crate::least_squares::dot;
 use crate::problem::{Budget, Candidate, Equations, Linearised, MANY, Problem, objective, straighten};
 use crate::refit::Fitted;
+use crate::residual::Grid;
 use crate::screen::{SHIFT, Score};
 use crate::trial::{How, Trial};
 use crate::unknowns::Unknown;
@@ -34,6 +37,9 @@ const SHRINKS: usize = 4;
 const HOPE: f64 = 3.0;
 const BEHIND: f64 = 1.5;
 const VALLEY_STEPS: usize = 6;
+// Factors on a screened strength, and the mean square of the base's whitened rows from which they are tried.
+const STRENGTHS: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
+const MISFIT: f64 = 4.0;
 
 impl<'a> Descent<'a> {
     /// At the screened strengths.
@@ -66,6 +72,41 @@ impl<'a> Descent<'a> {
         let white = self.whitener.apply(self.problem.form.layout(), &residual);
         let value = objective(&white, &self.model);
         (residual, white, value)
+    }
+
+    /// A spring of another shape makes the links swing at other times, and one derivative says little of how strong it is:
+    /// where much is left, goes to the best of several strengths, about the base and about what is stated.
+    pub fn scan(&mut self) {
+        let Some(effect) = self.own.first().map(|&k| self.model.unknowns[k].id.effect) else { return };
+        let bends = self.model.plant.effects()[effect].effect.acts().contains(&Act::SpringTorque);
+        let layout = self.problem.form.layout();
+        if !(self.new && bends) || self.base.objective < MISFIT * layout.counted() {
+            return;
+        }
+        let mut stated = self.model.p.clone();
+        straighten(&self.base.model.unknowns, &mut stated);
+        let scaled = |p: &Vec<f64>, factor: f64| {
+            let mut p = p.clone();
+            for unknown in self.own.iter().map(|&k| &self.model.unknowns[k]).filter(|u| !u.shape) {
+                p[unknown.position] *= factor;
+            }
+            p
+        };
+        let about = [&self.model.p, &stated];
+        let sets: Vec<Vec<f64>> = about.into_iter().flat_map(|p| STRENGTHS.map(|s| scaled(p, s))).collect();
+        let rows = self.problem.form.residuals(&self.model.plant, &sets, Springs::Simulated, Grid::Coarse);
+        let square = |(p, rows): (&Vec<f64>, &Vec<f64>)| {
+            let white = self.whitener.apply(layout, rows);
+            let penalty: f64 = self.model.unknowns.iter().map(|u| u.pull(p[u.position])).sum();
+            Some(dot(&white, &white) + penalty).filter(|x| x.is_finite()).unwrap_or(f64::INFINITY)
+        };
+        let squares: Vec<f64> = sets.iter().zip(&rows).map(square).collect();
+        let best = (0..sets.len()).min_by(|&a, &b| squares[a].total_cmp(&squares[b]));
+        if let Some(best) = best.filter(|&k| squares[k] < self.best) {
+            self.model.p.clone_from(&sets[best]);
+            self.start.clone_from(&sets[best]);
+            self.settle();
+        }
     }
 
     /// Where the screen promised too much, goes towards absence until the base is beaten.

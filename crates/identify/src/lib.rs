@@ -24,6 +24,7 @@ mod innovation;
 mod least_squares;
 mod limits;
 mod options;
+mod other_springs;
 mod probability;
 mod problem;
 mod record;

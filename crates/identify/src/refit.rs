@@ -66,6 +66,7 @@ pub(crate) fn refit(
     let about = if elsewhere { problem.exact() } else { *problem };
     let mut descent = Descent::new(about, start.unwrap_or(base), whitener, trial, score)?;
     if start.is_none() {
+        descent.scan();
         descent.shrink();
     }
     descent.descend(leader);

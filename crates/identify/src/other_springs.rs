@@ -1,0 +1,73 @@
+//! A spring that is stated far from the truth swings at another frequency: a descent from there ends in a wrong valley.
+
+use crate::IdentifyError;
+use crate::freedom::Springs;
+use crate::least_squares::dot;
+use crate::problem::Candidate;
+use crate::residual::Grid;
+use crate::search::{Search, State};
+
+// Factors on a stated compliance that are tried.
+const FACTORS: [f64; 6] = [0.25, 0.4, 0.63, 1.26, 1.6, 2.1];
+// Mean square of the whitened rows above which a base may have ended in a wrong valley.
+const MISFIT: f64 = 4.0;
+// Share of what the stated springs leave below which others are worth a descent.
+const BETTER: f64 = 0.7;
+
+impl Search<'_> {
+    /// The base, or the one that is reached from another stiffness of one joint if that fits better: where much is left,
+    /// every spring is tried at other values with everything else as stated.
+    pub fn with_other_springs(&self, base: State) -> Result<State, IdentifyError> {
+        if base.fitted.objective < MISFIT * self.problem.form.layout().counted() {
+            return Ok(base);
+        }
+        let Some(model) = self.at_other_springs(&base)? else { return Ok(base) };
+        let other = self.settled_anew(model, |model| self.descended(model, &base.whitener), Vec::new())?;
+        if self.fits_better(&other, &base) {
+            return Ok(other);
+        }
+        base.reference.iter().for_each(|r| self.problem.form.adopt(r));
+        Ok(base)
+    }
+
+    // The model as stated but for the one spring whose change explains most; none if none explains much.
+    fn at_other_springs(&self, base: &State) -> Result<Option<Candidate>, IdentifyError> {
+        let mut model = base.fitted.model.again(self.problem)?;
+        model.straighten();
+        let springs = model.unknowns.iter().filter(|u| {
+            let card = model.plant.effects()[u.id.effect].effect.card();
+            card.name == "joint_elasticity" && !u.shape && u.prior.is_some()
+        });
+        let changed = springs.flat_map(|u| FACTORS.map(|factor| (u.position, factor * model.p[u.position])));
+        let changed = changed.map(|(position, value)| {
+            let mut p = model.p.clone();
+            p[position] = value;
+            p
+        });
+        let sets: Vec<Vec<f64>> = std::iter::once(model.p.clone()).chain(changed).collect();
+        let form = self.problem.form;
+        let rows = form.residuals(&model.plant, &sets, Springs::Simulated, Grid::Coarse);
+        let square = |rows: &Vec<f64>| {
+            let white = base.whitener.apply(form.layout(), rows);
+            Some(dot(&white, &white)).filter(|x| x.is_finite()).unwrap_or(f64::INFINITY)
+        };
+        let squares: Vec<f64> = rows.iter().map(square).collect();
+        let best = (1..sets.len()).min_by(|&a, &b| squares[a].total_cmp(&squares[b]));
+        let Some(best) = best.filter(|&k| squares[k] < BETTER * squares[0]) else { return Ok(None) };
+        model.p.clone_from(&sets[best]);
+        Ok(Some(model))
+    }
+
+    // By the likelihood of all samples about motions of their own where there is one, else under the noise of the first.
+    fn fits_better(&self, other: &State, first: &State) -> bool {
+        let penalty = |state: &State| state.fitted.model.penalty();
+        match (&other.reference, &first.reference) {
+            (Some(o), Some(f)) => o.misfit + penalty(other) < f.misfit + penalty(first),
+            _ => {
+                let layout = self.problem.form.layout();
+                let white = first.whitener.apply(layout, &other.fitted.at.residual);
+                dot(&white, &white) + penalty(other) < first.fitted.objective
+            }
+        }
+    }
+}
