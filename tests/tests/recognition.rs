@@ -102,6 +102,17 @@ fn torques_behind_the_gear_and_currents_are_read() {
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 
+// From the motor's side a spring that is 60 % stiffer than stated looks like a body that swings on the link.
+#[test]
+fn a_spring_stated_far_off_is_no_bending_mode() {
+    let arm = one_joint();
+    let all = hidden_effects(&arm, 0, 1.0);
+    let stiffer: Vec<_> = all.iter().filter(|h| h.effect == "joint_stiffness_error").collect();
+    let conditions = Conditions::named("motor", "coarse").expect("conditions of the suite");
+    let wrong = wrong(&[(&arm, Case::new(&arm, &stiffer, conditions, 100))]);
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
+
 // A dwell friction passes every gate as a Stribeck friction; what that leaves gives it away.
 #[test]
 fn a_law_that_is_only_like_the_cause_is_not_vouched_for() {

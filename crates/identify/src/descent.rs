@@ -3,11 +3,8 @@
 use sinew_effect::{Act, SWING_FREQUENCY};
 
 use crate::colour::Whitener;
-use crate::freedom::Springs;
-use crate::least_squares::dot;
 use crate::problem::{Budget, Candidate, Equations, Linearised, MANY, Problem, objective, straighten};
 use crate::refit::Fitted;
-use crate::residual::Grid;
 use crate::screen::{SHIFT, Score};
 use crate::trial::{How, Trial};
 use crate::unknowns::Unknown;
@@ -79,8 +76,7 @@ impl<'a> Descent<'a> {
     pub fn scan(&mut self) {
         let Some(effect) = self.own.first().map(|&k| self.model.unknowns[k].id.effect) else { return };
         let bends = self.model.plant.effects()[effect].effect.acts().contains(&Act::SpringTorque);
-        let layout = self.problem.form.layout();
-        if !(self.new && bends) || self.base.objective < MISFIT * layout.counted() {
+        if !(self.new && bends) || self.base.objective < MISFIT * self.problem.form.layout().counted() {
             return;
         }
         let mut stated = self.model.p.clone();
@@ -94,15 +90,9 @@ impl<'a> Descent<'a> {
         };
         let about = [&self.model.p, &stated];
         let sets: Vec<Vec<f64>> = about.into_iter().flat_map(|p| STRENGTHS.map(|s| scaled(p, s))).collect();
-        let rows = self.problem.form.residuals(&self.model.plant, &sets, Springs::Simulated, Grid::Coarse);
-        let square = |(p, rows): (&Vec<f64>, &Vec<f64>)| {
-            let white = self.whitener.apply(layout, rows);
-            let penalty: f64 = self.model.unknowns.iter().map(|u| u.pull(p[u.position])).sum();
-            Some(dot(&white, &white) + penalty).filter(|x| x.is_finite()).unwrap_or(f64::INFINITY)
-        };
-        let squares: Vec<f64> = sets.iter().zip(&rows).map(square).collect();
-        let best = (0..sets.len()).min_by(|&a, &b| squares[a].total_cmp(&squares[b]));
-        if let Some(best) = best.filter(|&k| squares[k] < self.best) {
+        let objectives = self.model.objectives(&self.problem, self.whitener, &sets);
+        let best = (0..sets.len()).min_by(|&a, &b| objectives[a].total_cmp(&objectives[b]));
+        if let Some(best) = best.filter(|&k| objectives[k] < self.best) {
             self.model.p.clone_from(&sets[best]);
             self.start.clone_from(&sets[best]);
             self.settle();

@@ -1,10 +1,7 @@
 //! A spring that is stated far from the truth swings at another frequency: a descent from there ends in a wrong valley.
 
 use crate::IdentifyError;
-use crate::freedom::Springs;
-use crate::least_squares::dot;
-use crate::problem::Candidate;
-use crate::residual::Grid;
+use crate::problem::{Candidate, objective};
 use crate::search::{Search, State};
 
 // Factors on a stated compliance that are tried.
@@ -45,15 +42,12 @@ impl Search<'_> {
             p
         });
         let sets: Vec<Vec<f64>> = std::iter::once(model.p.clone()).chain(changed).collect();
-        let form = self.problem.form;
-        let rows = form.residuals(&model.plant, &sets, Springs::Simulated, Grid::Coarse);
-        let square = |rows: &Vec<f64>| {
-            let white = base.whitener.apply(form.layout(), rows);
-            Some(dot(&white, &white)).filter(|x| x.is_finite()).unwrap_or(f64::INFINITY)
-        };
-        let squares: Vec<f64> = rows.iter().map(square).collect();
-        let best = (1..sets.len()).min_by(|&a, &b| squares[a].total_cmp(&squares[b]));
-        let Some(best) = best.filter(|&k| squares[k] < BETTER * squares[0]) else { return Ok(None) };
+        if sets.len() == 1 {
+            return Ok(None);
+        }
+        let objectives = model.objectives(self.problem, &base.whitener, &sets);
+        let best = (1..sets.len()).min_by(|&a, &b| objectives[a].total_cmp(&objectives[b]));
+        let Some(best) = best.filter(|&k| objectives[k] < BETTER * objectives[0]) else { return Ok(None) };
         model.p.clone_from(&sets[best]);
         Ok(Some(model))
     }
@@ -66,7 +60,7 @@ impl Search<'_> {
             _ => {
                 let layout = self.problem.form.layout();
                 let white = first.whitener.apply(layout, &other.fitted.at.residual);
-                dot(&white, &white) + penalty(other) < first.fitted.objective
+                objective(&white, &other.fitted.model) < first.fitted.objective
             }
         }
     }

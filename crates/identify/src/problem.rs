@@ -143,6 +143,19 @@ impl Candidate {
         problem.form.residuals(&self.plant, std::slice::from_ref(&self.p), springs, grid).concat()
     }
 
+    /// The objective at each of several sets of parameters, springs simulated on the grid of the derivatives; infinite where
+    /// the model cannot be followed.
+    pub fn objectives(&self, problem: &Problem, whitener: &Whitener, sets: &[Vec<f64>]) -> Vec<f64> {
+        let form = problem.form;
+        let rows = form.residuals(&self.plant, sets, Springs::Simulated, Grid::Coarse);
+        let objective = |(p, rows): (&Vec<f64>, &Vec<f64>)| {
+            let white = whitener.apply(form.layout(), rows);
+            let penalty: f64 = self.unknowns.iter().map(|u| u.pull(p[u.position])).sum();
+            Some(dot(&white, &white) + penalty).filter(|x| x.is_finite()).unwrap_or(f64::INFINITY)
+        };
+        sets.iter().zip(&rows).map(objective).collect()
+    }
+
     pub fn linearise(&self, problem: &Problem) -> Linearised {
         let positions: Vec<usize> = self.unknowns.iter().map(|u| u.position).collect();
         let (residual, columns) = rayon::join(
