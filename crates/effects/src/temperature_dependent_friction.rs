@@ -51,8 +51,13 @@ static CARD: Card = Card {
 };
 
 /// The catalogue line of [`TemperatureDependentFriction`].
-pub(crate) const ENTRY: Entry =
-    at_joint(&CARD, |ask| Ok(Box::new(TemperatureDependentFriction { dof: dof(ask)? })));
+pub(crate) const ENTRY: Entry = at_joint(&CARD, |ask| {
+    let is_there = |key: &str| ask.spec.number(key).is_some_and(|slope| slope != 0.0);
+    if (is_there("viscous_slope") || is_there("coulomb_slope")) && ask.spec.get(REFERENCE).is_none() {
+        return Err(format!("lacks {REFERENCE}, the °C at which the friction beside it is stated"));
+    }
+    Ok(Box::new(TemperatureDependentFriction { dof: dof(ask)? }))
+});
 
 impl Law for TemperatureDependentFriction {
     fn card(&self) -> &'static Card {

@@ -1,7 +1,9 @@
 //! Joints that grow warm.
 
 use sinew_data::{Quantity, Run};
+use sinew_effects::CATALOGUE;
 use sinew_model::{EffectSpec, Place, Robot, Vector3, samples};
+use sinew_plant::Plant;
 use sinew_simulate::{Options, Start, Torques, simulate};
 
 use crate::robots::plant;
@@ -64,4 +66,13 @@ fn the_temperatures_of_a_log_come_back() {
     let options = Options::new(&plant, 1.0, 1.0).along(&run, &plant);
     assert_eq!(options.times, run.time);
     assert_eq!(options.temperature, vec![Some(values(&run, Quantity::Temperature).to_vec())]);
+}
+
+// A slope without the temperature that it counts from is no law.
+#[test]
+fn a_slope_without_its_reference_temperature_is_refused() {
+    let mut robot = robot();
+    robot.effects[1].settings.retain(|(key, _)| key != "reference_temperature");
+    let refusal = Plant::new(&robot, &CATALOGUE).unwrap_err().to_string();
+    assert!(refusal.contains("lacks reference_temperature"), "{refusal}");
 }
