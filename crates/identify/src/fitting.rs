@@ -338,7 +338,13 @@ struct Spread {
 fn standard_deviations(search: &Search, state: &State, wide: f64) -> Option<Vec<Spread>> {
     let equations =
         Equations::new(&state.whitener, search.problem, &state.fitted.model, &state.fitted.at, 0.0)?;
-    let between = run_to_run(search.problem.form.layout(), &equations, wide);
+    let between = run_to_run(
+        search.problem.form.layout(),
+        &equations.columns,
+        &equations.residual,
+        &equations.normal,
+        wide,
+    );
     let spread = |(variance, between_runs): (f64, f64)| Spread {
         std: (variance.max(0.0).sqrt() * wide).max(between_runs),
         between_runs,

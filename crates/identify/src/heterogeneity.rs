@@ -4,30 +4,39 @@
 //! z_i = J A⁻¹ e_i / (A⁻¹)_ii        column i, free of what the other parameters imitate
 //! δ_r = z_rᵀ r_r / z_rᵀ z_r,  var δ_r = φ / z_rᵀ z_r        what run r alone would change
 //! Q = Σ w (δ_r − δ̄)²,  w = 1/var;   τ² = (Q − R + 1) / (Σw − Σw²/Σw)
+//! s = (A⁻¹)_ii z_iᵀ z_i             share of the data, not of the priors, in what is known of it
 //! ```
+//!
+//! What tolerances of other parameters tell of one does not differ from run to run: of τ the share s counts.
 //!
 //! Source: DerSimonian & Laird, *Meta-analysis in clinical trials*, Controlled Clinical Trials 7, 1986; Peters,
 //! Bühlmann, Meinshausen, *Causal inference by using invariant prediction*, JRSS-B 78, 2016.
 
 use faer::Mat;
 
-use crate::least_squares::matrix;
-use crate::problem::Equations;
+use crate::least_squares::{Normal, matrix};
 use crate::residual::Layout;
 
-/// By unknown: τ, the standard deviation of its value from run to run beyond noise; zero of a single run.
-pub(crate) fn run_to_run(layout: &Layout, equations: &Equations, widening: f64) -> Vec<f64> {
-    let count = equations.columns.len();
+/// By unknown: s τ, the standard deviation of its value from run to run beyond noise; zero of a single run.
+pub(crate) fn run_to_run(
+    layout: &Layout,
+    columns: &[Vec<f64>],
+    residual: &[f64],
+    normal: &Normal,
+    widening: f64,
+) -> Vec<f64> {
+    let count = columns.len();
     let runs = runs_of(layout);
     if runs < 2 || count == 0 {
         return vec![0.0; count];
     }
-    let j = matrix(&equations.columns);
-    let inverse = equations.normal.solve_many(&Mat::<f64>::identity(count, count));
+    let j = matrix(columns);
+    let inverse = normal.solve_many(&Mat::<f64>::identity(count, count));
     let z = &j * &inverse;
     let of = |i: usize| {
-        let scale = inverse[(i, i)].max(1e-300);
-        spread(&estimates(layout, runs, |row| z[(row, i)] / scale, &equations.residual, widening))
+        let variance = inverse[(i, i)].max(1e-300);
+        let share = (0..z.nrows()).map(|row| z[(row, i)].powi(2)).sum::<f64>() / variance;
+        share * spread(&estimates(layout, runs, |row| z[(row, i)] / variance, residual, widening))
     };
     (0..count).map(of).collect()
 }
@@ -96,6 +105,33 @@ fn spread(estimates: &[(f64, f64)]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::residual::Segment;
+
+    // y = x in two runs that differ by 2, and a prior on x that says as much as both: half of their spread counts.
+    #[test]
+    fn what_a_prior_tells_does_not_differ_between_runs() {
+        let rows = 50;
+        let segment = |record: usize| Segment { record, channel: 0, first: record * rows, len: rows };
+        let layout = Layout {
+            channels: Vec::new(),
+            segments: vec![segment(0), segment(1)],
+            len: 2 * rows,
+            keep: vec![true; 2 * rows],
+            reversal: vec![0.0; 2 * rows],
+            block: vec![0; 2 * rows],
+            fold: vec![0; 2 * rows],
+            blocks: 1,
+            folds: 1,
+            period: 1e-3,
+        };
+        let residual: Vec<f64> = (0..2 * rows).map(|k| if k < rows { 1.0 } else { -1.0 }).collect();
+        let columns = [vec![1.0; 2 * rows]];
+        let of = |prior: f64| {
+            let normal = Normal::new(&Mat::from_fn(1, 1, |_, _| 2.0 * rows as f64 + prior)).unwrap();
+            run_to_run(&layout, &columns, &residual, &normal, 1e-3)[0]
+        };
+        assert!((of(0.0) - 2f64.sqrt()).abs() < 1e-3 && (of(2.0 * rows as f64) - 0.5f64.sqrt()).abs() < 1e-3);
+    }
 
     #[test]
     fn runs_that_agree_have_no_spread_and_runs_that_do_not_have_theirs() {
