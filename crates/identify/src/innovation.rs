@@ -387,7 +387,7 @@ fn inputs(run: &Even, motion: &Motion, along: &Along, joint: JointChannels) -> V
     let told = |c: Option<usize>, late, k| {
         let of = |series: &Vec<f64>| {
             let holds = series.len();
-            motion::at_sample(holds, read_at(k, late, holds), |hold| [series[hold]])[0]
+            motion::at_sample(holds, read_at(k, late, holds - 1), |hold| [series[hold]])[0]
         };
         c.map_or(0.0, |c| of(&predicted[c]))
     };

@@ -80,7 +80,7 @@ impl Innovations {
             let on_link = if on_link[joint] { of(Which::Link(dof), k) } else { [0.0; W] };
             let torques = [of(Which::Channel(torque), k), on_link];
             let told = |c: Option<usize>, late| {
-                let k = read_at(k, late, holds);
+                let k = read_at(k, late, holds - 1);
                 c.map_or([0.0; W], |c| at_sample(holds, k, |hold| of(Which::Channel(c), hold)))
             };
             let [of_link, of_gear] = self.late[dof];
@@ -154,7 +154,8 @@ impl JointChannels {
     }
 }
 
-/// The sample in which a sensor that is so much late shows sample k, among those up to `last`.
+/// The sample in which a sensor that is so much late shows sample k, among those up to `last`, that at which the last hold
+/// begins: a prediction at the middles of the holds reaches no further.
 pub(super) fn read_at(k: usize, late: isize, last: usize) -> usize {
     k.saturating_add_signed(late).min(last)
 }
@@ -172,7 +173,7 @@ pub(super) fn deviation_inputs(
 ) -> Input {
     let JointChannels { dof, torque, position, gear } = joint;
     let (theta, [of_link, of_gear]) = (motion.theta[dof][k], late[dof]);
-    let read = |c: usize, late| even.read[c][read_at(k, late, even.read[c].len() - 1)];
+    let read = |c: usize, late| even.read[c][read_at(k, late, even.read[c].len() - 2)];
     let link = position.map_or(0.0, |c| {
         let holds = motion.theta[dof].len() - 1;
         let [between] = at_sample(holds, k, |hold| [motion.middle(dof, hold, even.scales.period)]);
