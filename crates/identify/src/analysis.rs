@@ -84,8 +84,9 @@ fn chosen(
         return Ok((None, why));
     }
     let Some(form) = Innovation::new(robot, runs, &prepared.sensors, prepared.scales) else {
+        let reason = Innovation::impossible(robot, &prepared.sensors).unwrap_or_default();
         return Err(IdentifyError::Question {
-            what: "the innovation residual needs the motor torque of every joint that moves".to_owned(),
+            what: format!("these runs have no innovation residual: {reason}"),
             help: "leave --residual out, or say --residual imposed".to_owned(),
         });
     };
