@@ -26,7 +26,8 @@ pub(super) type Input = (f64, [f64; SENSORS]);
 
 // Standard deviation of the deviation at the start: position, velocity.
 const START: [f64; 2] = [1e-3, 0.1];
-// Noise of the link's torque as a share of the motor's.
+// Noise of a link's torque as a share of its motor's; a link that is lighter than its rotor would answer to it more than the
+// rotor does to its own.
 const LINK_SHARE: f64 = 0.04;
 // Both while a link that no sensor shows is led to where it may have started: no torque is known there.
 const LED: [f64; 2] = [30.0, 30.0];
@@ -230,7 +231,7 @@ impl Kalman<'_> {
         let variance = std::array::from_fn(|m| {
             let Some(joint) = self.joints().get(m / 2) else { return 0.0 };
             let is_led = k < self.system.led && joint.readings.is_led();
-            let shares = if is_led { LED } else { [1.0, LINK_SHARE] };
+            let shares = if is_led { LED } else { [1.0, LINK_SHARE * joint.lightness] };
             // Motor and link in turn.
             (self.noise[self.group.start + m / 2] * shares[m % 2]).powi(2)
         });

@@ -162,8 +162,16 @@ pub(super) struct Joint {
     pub readings: Readings,
     /// By sample.
     pub steps: Vec<Discrete>,
+    /// Of a link that is lighter than its rotor, the root of its share of the rotor's inertia; else one.
+    pub lightness: f64,
     // The torque behind the gear by sample; empty where it is not read.
     gear: Vec<State>,
+}
+
+// √(J/B) of the mean pose, at most one.
+fn lightness(linear: &[Linear], shown: usize) -> f64 {
+    let sum: f64 = linear.iter().map(|l| l.motor[1] / l.link[shown + 1]).sum();
+    (sum / linear.len().max(1) as f64).min(1.0).sqrt()
 }
 
 /// What the joints do to each other over one sample period, beyond what each would do by itself: `n` × `n` blocks, by
@@ -215,6 +223,7 @@ impl System {
         let joint = |(readings, linear): (Readings, &&[Linear])| Joint {
             readings,
             steps: over(linear),
+            lightness: lightness(linear, readings.shown),
             gear: readings.gear.map_or_else(Vec::new, |_| linear.iter().map(|l| l.gear).collect()),
         };
         let joints: Vec<Joint> = readings.into_par_iter().zip(linear).map(joint).collect();
@@ -450,6 +459,14 @@ mod tests {
         (rigid.motor[1], rigid.link[1]) = (mobility[3], mobility[3]);
         let readings = [2, 0].map(|shown| Readings { motor: 1e-10, link: None, gear: None, shown });
         System::new(readings.to_vec(), &[&[elastic], &[rigid]], &[mobility.to_vec()], 1, period)
+    }
+
+    // Of 1/900 kg·m² behind a rotor of 1/25 kg·m²; a rigid joint is one body.
+    #[test]
+    fn a_light_link_is_known_as_such() {
+        let system = joints(1e-3);
+        assert!((system.joints[0].lightness - (25.0f64 / 900.0).sqrt()).abs() < 1e-12);
+        assert_eq!(system.joints[1].lightness, 1.0);
     }
 
     // The gains and the rows must step alike.
