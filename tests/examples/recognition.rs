@@ -332,13 +332,24 @@ fn alarms(judged: &[Judged]) -> String {
     text
 }
 
-// The confusion matrix as rows: what is hidden, and what was named first how often.
+// The confusion matrix as rows: what is hidden, and what was named first how often; in one row what was never named
+// otherwise.
 fn matrix(judged: &[Judged]) -> String {
     let outcomes: Vec<Outcome> = judged.iter().map(|j| j.outcome.clone()).collect();
     let mut text = String::from("\n| hidden | named first |\n|---|---|\n");
+    let mut always: Vec<String> = Vec::new();
     for (hidden, row) in confusion(&outcomes) {
+        if let [(name, _)] = &row[..]
+            && *name == hidden
+        {
+            always.push(format!("`{hidden}`"));
+            continue;
+        }
         let named: Vec<String> = row.iter().map(|(name, count)| format!("`{name}` {count}")).collect();
         let _ = writeln!(text, "| `{hidden}` | {} |", named.join(", "));
+    }
+    if !always.is_empty() {
+        let _ = writeln!(text, "| {} | itself every time |", always.join(", "));
     }
     text
 }
