@@ -93,7 +93,7 @@ fn chosen(
     let plant = Plant::with_effects(robot, &prepared.base_specs(robot, catalogue), catalogue)?;
     form.renew(&plant, &plant.parameters());
     // On six joints it takes the search over three times as long; its help there is not measured.
-    let few = prepared.sensors.imposed.iter().flatten().count() <= FEW_JOINTS;
+    let few = prepared.sensors.moving() <= FEW_JOINTS;
     Ok((Some(if few { form.sure() } else { form }), why))
 }
 
@@ -110,7 +110,7 @@ fn is_drowned(prepared: &Prepared, noise: &[f64]) -> bool {
 // Why the innovation residual does not suit the runs; none if it does.
 fn unsuited(robot: &Robot, prepared: &Prepared) -> Option<&'static str> {
     let (sensors, scales) = (&prepared.sensors, &prepared.scales);
-    let joints = sensors.imposed.iter().flatten().count();
+    let joints = sensors.moving();
     if 1.0 / scales.period < 0.99 * FAST {
         return Some("the log is too slow for torque noise to show in it sample by sample");
     }

@@ -34,9 +34,8 @@ const SHRINKS: usize = 4;
 const HOPE: f64 = 3.0;
 const BEHIND: f64 = 1.5;
 const VALLEY_STEPS: usize = 6;
-// Factors on a screened strength, and the mean square of the base's whitened rows from which they are tried.
+// Factors on a screened strength that are tried.
 const STRENGTHS: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
-const MISFIT: f64 = 4.0;
 
 impl<'a> Descent<'a> {
     /// At the screened strengths.
@@ -76,7 +75,7 @@ impl<'a> Descent<'a> {
     pub fn scan(&mut self) {
         let Some(effect) = self.own.first().map(|&k| self.model.unknowns[k].id.effect) else { return };
         let bends = self.model.plant.effects()[effect].effect.acts().contains(&Act::SpringTorque);
-        if !(self.new && bends) || self.base.objective < MISFIT * self.problem.form.layout().counted() {
+        if !(self.new && bends && self.problem.form.layout().is_much(self.base.objective)) {
             return;
         }
         let mut stated = self.model.p.clone();

@@ -77,9 +77,6 @@ const KEPT: f64 = 0.25;
 const CHANCE: f64 = 10.0;
 // Standard deviations from zero of a strength that is there.
 const SURE: f64 = 2.0;
-// Mean square of the whitened rows from which a model is far from the noise: its motion is worth nothing then, its runs
-// differ for reasons of their own, and no gain is small.
-const FAR: f64 = 4.0;
 
 /// Climbs from the base until nothing passes the gates.
 pub(crate) fn explore(
@@ -101,7 +98,7 @@ pub(crate) fn explore(
         let Some(next) = search.accept(&state, round)? else { break };
         let next = without_passengers(search, next, state.accepted.len(), step, unseen)?;
         let mut refused = unseen.map(|u| u.refused(&state, &next)).unwrap_or_default();
-        if state.fitted.objective <= FAR * search.problem.form.layout().counted() {
+        if !search.problem.form.layout().is_much(state.fitted.objective) {
             refused.extend(unlikely(&state, &next));
             refused.extend(unsure(search, &state, &next));
         }

@@ -33,7 +33,7 @@ use kalman::{GROUP, Input, Kalman};
 use linearise::{Along, INERTIA_EVERY, along};
 use motion::{Even, Motion};
 pub(crate) use rows::Innovations;
-use rows::{JointChannels, deviation_inputs, read_at};
+use rows::{JointChannels, deviation_inputs, read_late};
 use system::{Linear, MOST_JOINTS, Readings, System};
 
 /// What the rows of an innovation residual are formed about: reference motions with their frozen filters.
@@ -385,18 +385,14 @@ fn speed_noise(record: &Record, noise: &[f64]) -> Vec<f64> {
 fn inputs(run: &Even, motion: &Motion, along: &Along, joint: JointChannels) -> Vec<Input> {
     let predicted = &along.predicted;
     let told = |c: Option<usize>, late, k| {
-        let of = |series: &Vec<f64>| {
-            let holds = series.len();
-            motion::at_sample(holds, read_at(k, late, holds - 1), |hold| [series[hold]])[0]
-        };
-        c.map_or(0.0, |c| of(&predicted[c]))
+        c.map_or(0.0, |c| read_late(predicted[c].len(), k, late, |hold| [predicted[c][hold]])[0])
     };
+    let late = along.late[joint.dof];
     let mut inputs: Vec<Input> = (0..predicted[joint.torque].len())
         .map(|k| {
             let (torque, [motor, link, gear]) =
-                deviation_inputs(run, motion, &along.hold_means, joint, &along.late, k);
-            let [of_link, of_gear] = along.late[joint.dof];
-            let (link, gear) = (link - told(joint.position, of_link, k), gear - told(joint.gear, of_gear, k));
+                deviation_inputs(run, motion, &along.hold_means, joint, late, k);
+            let (link, gear) = (link - told(joint.position, late[0], k), gear - told(joint.gear, late[1], k));
             (torque - predicted[joint.torque][k], [motor, link, gear])
         })
         .collect();

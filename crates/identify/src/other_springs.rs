@@ -6,8 +6,6 @@ use crate::search::{Search, State};
 
 // Factors on a stated compliance that are tried.
 const FACTORS: [f64; 6] = [0.25, 0.4, 0.63, 1.26, 1.6, 2.1];
-// Mean square of the whitened rows above which a base may have ended in a wrong valley.
-const MISFIT: f64 = 4.0;
 // Share of what the stated springs leave below which others are worth a descent.
 const BETTER: f64 = 0.7;
 
@@ -15,7 +13,7 @@ impl Search<'_> {
     /// The base, or the one that is reached from another stiffness of one joint if that fits better: where much is left,
     /// every spring is tried at other values with everything else as stated.
     pub fn with_other_springs(&self, base: State) -> Result<State, IdentifyError> {
-        if base.fitted.objective < MISFIT * self.problem.form.layout().counted() {
+        if !self.problem.form.layout().is_much(base.fitted.objective) {
             return Ok(base);
         }
         let Some(model) = self.at_other_springs(&base)? else { return Ok(base) };

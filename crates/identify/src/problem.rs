@@ -92,7 +92,11 @@ impl Candidate {
 
     /// Sum of the priors' misfits.
     pub fn penalty(&self) -> f64 {
-        self.unknowns.iter().map(|u| u.pull(self.p[u.position])).sum()
+        self.penalty_at(&self.p)
+    }
+
+    fn penalty_at(&self, p: &[f64]) -> f64 {
+        self.unknowns.iter().map(|u| u.pull(p[u.position])).sum()
     }
 
     /// The same model once more.
@@ -150,8 +154,7 @@ impl Candidate {
         let rows = form.residuals(&self.plant, sets, Springs::Simulated, Grid::Coarse);
         let objective = |(p, rows): (&Vec<f64>, &Vec<f64>)| {
             let white = whitener.apply(form.layout(), rows);
-            let penalty: f64 = self.unknowns.iter().map(|u| u.pull(p[u.position])).sum();
-            Some(dot(&white, &white) + penalty).filter(|x| x.is_finite()).unwrap_or(f64::INFINITY)
+            Some(dot(&white, &white) + self.penalty_at(p)).filter(|x| x.is_finite()).unwrap_or(f64::INFINITY)
         };
         sets.iter().zip(&rows).map(objective).collect()
     }

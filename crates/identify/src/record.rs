@@ -156,6 +156,11 @@ impl Sensors {
         channels.sort();
         Ok(Self { channels, imposed })
     }
+
+    /// Joints of which a position is imposed.
+    pub fn moving(&self) -> usize {
+        self.imposed.iter().flatten().count()
+    }
 }
 
 /// True if every run has this quantity of this joint.

@@ -90,6 +90,9 @@ const MOST_UNSURE: f64 = 0.03;
 // Rows in which the joint rests for more than this share of the kernel say nothing about friction.
 const REST_SHARE: f64 = 0.3;
 
+// Mean square of whitened rows from which much is left.
+const MUCH: f64 = 4.0;
+
 impl Layout {
     /// The rows of these records from `start` s on; `unsure`: the speed up to which a degree of freedom may rest in a run.
     pub fn of(
@@ -137,6 +140,12 @@ impl Layout {
     /// Rows that count.
     pub fn counted(&self) -> f64 {
         self.keep.iter().filter(|k| **k).count() as f64
+    }
+
+    /// True if a squared length of whitened rows says that much more is left than noise: a fit may have ended in a wrong
+    /// valley, no gain is small, and runs differ for reasons of their own.
+    pub fn is_much(&self, objective: f64) -> bool {
+        objective >= MUCH * self.counted()
     }
 
     /// The segments of one channel.

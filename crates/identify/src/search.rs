@@ -326,7 +326,7 @@ impl<'a> Search<'a> {
                 self.refuse(&trials[k], step, reason);
             }
         }
-        let list = short_list(trials, &scores, self.sensors.imposed.iter().flatten().count());
+        let list = short_list(trials, &scores, self.sensors.moving());
         let base = Base { fitted: &state.fitted, whitener: &state.whitener, added: &state.added() };
         let problem = Problem { slopes: state.slopes, ..*self.problem };
         let refitted = |list: &[usize], scores: &[Option<Score>], start: Option<&Fitted>, leader: f64| {

@@ -18,8 +18,6 @@ const RETREATS: usize = 4;
 const MOVED: f64 = 1.1;
 // Standard deviations from its stated value at which a parameter has left all reason.
 const FAR_BENT: f64 = 10.0;
-// Mean square of the whitened rows above which a fit may have ended in a wrong valley.
-const MISFIT: f64 = 4.0;
 
 impl Search<'_> {
     /// [`Search::settled`] about a reference that this model gives; where there is none, from where `descend` leads it.
@@ -85,7 +83,7 @@ impl Search<'_> {
     // True if a fit may have ended in a wrong valley: of a base only what was bent beyond reason tells, since much may be
     // left where an effect is missing.
     fn is_doubtful(&self, model: &Candidate, value: f64, is_base: bool) -> bool {
-        let leaves_much = value >= MISFIT * self.problem.form.layout().counted();
+        let leaves_much = self.problem.form.layout().is_much(value);
         model.is_bent(FAR_BENT) || (leaves_much && !is_base)
     }
 

@@ -193,11 +193,7 @@ impl Kalman<'_> {
             let (_, y) = input(self.group.start + i, k);
             for sensor in joint.sensors(k) {
                 let gain = update(p, i, sensor.shown, sensor.variance);
-                let told_by_state = match sensor.shown {
-                    Shown::State(state) => x[4 * i + state],
-                    Shown::Sum(c) => (0..4).map(|s| c[s] * x[4 * i + s]).sum(),
-                };
-                let e = y[sensor.which] - told_by_state;
+                let e = y[sensor.which] - sensor.shown.of(&x[4 * i..]);
                 told(Read { joint: i, shown: sensor.shown, gain, e });
                 for (x, column) in x.iter_mut().zip(gain.column) {
                     *x += column * e;
@@ -314,15 +310,15 @@ fn add<const D: usize>(a: &mut [f64; D], s: f64, b: &[f64; D]) {
 
 // K = P c/S,   P ← P − K S Kᵀ,   S = cᵀ P c + R
 fn update<const D: usize>(p: &mut Matrix<D>, joint: usize, shown: Shown, variance: f64) -> Gain {
-    let (row, square) = match shown {
-        Shown::State(state) => (p[4 * joint + state], p[4 * joint + state][4 * joint + state]),
+    let row = match shown {
+        Shown::State(state) => p[4 * joint + state],
         Shown::Sum(c) => {
             let mut row = [0.0; D];
             (0..4).for_each(|s| add(&mut row, c[s], &p[4 * joint + s]));
-            (row, (0..4).map(|s| c[s] * row[4 * joint + s]).sum())
+            row
         }
     };
-    let s = square + variance;
+    let s = shown.of(&row[4 * joint..]) + variance;
     let mut gain = Gain { column: [0.0; 4 * GROUP], white: 1.0 / s.sqrt() };
     for (p, (gain, seen)) in p.iter_mut().zip(gain.column.iter_mut().zip(row)) {
         *gain = seen / s;

@@ -80,8 +80,7 @@ impl Innovations {
             let on_link = if on_link[joint] { of(Which::Link(dof), k) } else { [0.0; W] };
             let torques = [of(Which::Channel(torque), k), on_link];
             let told = |c: Option<usize>, late| {
-                let k = read_at(k, late, holds - 1);
-                c.map_or([0.0; W], |c| at_sample(holds, k, |hold| of(Which::Channel(c), hold)))
+                c.map_or([0.0; W], |c| read_late(holds, k, late, |hold| of(Which::Channel(c), hold)))
             };
             let [of_link, of_gear] = self.late[dof];
             (torques, [[0.0; W], told(position, of_link), told(gear, of_gear)])
@@ -93,7 +92,14 @@ impl Innovations {
     /// middle.
     pub(super) fn measured(&self, even: &Even, motion: &Motion, means: &[Vec<f64>]) -> Vec<f64> {
         let input = |joint: usize, k: usize| {
-            let (torque, read) = deviation_inputs(even, motion, means, self.joints[joint], &self.late, k);
+            let (torque, read) = deviation_inputs(
+                even,
+                motion,
+                means,
+                self.joints[joint],
+                self.late[self.joints[joint].dof],
+                k,
+            );
             ([[torque], [0.0]], read.map(|x| [x]))
         };
         let rows = self.by_channel(self.filters.rows(input));
@@ -154,10 +160,20 @@ impl JointChannels {
     }
 }
 
-/// The sample in which a sensor that is so much late shows sample k, among those up to `last`, that at which the last hold
-/// begins: a prediction at the middles of the holds reaches no further.
-pub(super) fn read_at(k: usize, late: isize, last: usize) -> usize {
+// The sample in which a sensor that is so much late shows sample k, among those up to `last`, that at which the last hold
+// begins: a prediction at the middles of the holds reaches no further.
+fn read_at(k: usize, late: isize, last: usize) -> usize {
     k.saturating_add_signed(late).min(last)
+}
+
+/// What a series at the middles of the holds is when a sensor that is so much late shows sample k.
+pub(super) fn read_late<const W: usize>(
+    holds: usize,
+    k: usize,
+    late: isize,
+    of: impl Fn(usize) -> [f64; W],
+) -> [f64; W] {
+    at_sample(holds, read_at(k, late, holds - 1), of)
 }
 
 /// Torque in the middle of the hold, and what the sensors show, seen from the reference; the link's position with the
@@ -168,11 +184,11 @@ pub(super) fn deviation_inputs(
     motion: &Motion,
     means: &[Vec<f64>],
     joint: JointChannels,
-    late: &[[isize; 2]],
+    [of_link, of_gear]: [isize; 2],
     k: usize,
 ) -> Input {
     let JointChannels { dof, torque, position, gear } = joint;
-    let (theta, [of_link, of_gear]) = (motion.theta[dof][k], late[dof]);
+    let theta = motion.theta[dof][k];
     let read = |c: usize, late| even.read[c][read_at(k, late, even.read[c].len() - 2)];
     let link = position.map_or(0.0, |c| {
         let holds = motion.theta[dof].len() - 1;

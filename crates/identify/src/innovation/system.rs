@@ -146,6 +146,16 @@ pub(super) enum Shown {
     Sum(State),
 }
 
+impl Shown {
+    /// c x̃ of the states of the joint.
+    pub fn of(&self, x: &[f64]) -> f64 {
+        match self {
+            Self::State(state) => x[*state],
+            Self::Sum(c) => c.iter().zip(x).map(|(c, x)| c * x).sum(),
+        }
+    }
+}
+
 /// A sensor in one sample.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sensor {
