@@ -1,11 +1,12 @@
 //! Sine, cosine, exponential, hyperbolic tangent and logarithm of several numbers at once.
 //!
-//! Straight-line arithmetic on all lanes, so that the compiler can put it into vector registers; lanes out of the
-//! range of a polynomial (huge, infinite, not a number) send all lanes to the standard library. Errors are below 2
+//! Straight-line arithmetic in one loop over the lanes, which the compiler takes as a whole: of operations that each loop over
+//! the lanes it finds only the last dozen again, and takes the others singly or in pairs. Lanes out of the range of a
+//! polynomial (huge, infinite, not a number) send all lanes to the standard library. Errors are below 2
 //! units in the last place. Coefficients: Sun Microsystems' fdlibm 5.3 (`k_sin.c`, `k_cos.c`, `e_exp.c`,
 //! `e_log.c`) and Moshier's Cephes (`tanh.c`).
 
-use crate::{Lanes, Scalar, math};
+use crate::{Lanes, math};
 
 /// Adding it rounds to the nearest integer, which then stands in the last bits.
 const ROUND: f64 = 6_755_399_441_055_744.0; // 1.5 · 2⁵²
@@ -62,6 +63,34 @@ pub(crate) fn sin_cos<const N: usize>(x: Lanes<N>) -> (Lanes<N>, Lanes<N>) {
     if !x.all(|x| x.abs() <= LARGEST_ANGLE) {
         return (x.map(math::sin), x.map(math::cos));
     }
+    let (mut s, mut c) = (x, x);
+    for k in 0..N {
+        (s.0[k], c.0[k]) = moderate_sin_cos(x.0[k]);
+    }
+    (s, c)
+}
+
+/// eˣ.
+#[inline(always)]
+pub(crate) fn exp<const N: usize>(x: Lanes<N>) -> Lanes<N> {
+    if x.all(|x| x.abs() <= LARGEST_EXPONENT) { x.map(normal_exp) } else { x.map(math::exp) }
+}
+
+/// Hyperbolic tangent.
+#[inline(always)]
+pub(crate) fn tanh<const N: usize>(x: Lanes<N>) -> Lanes<N> {
+    if x.all(|x| !x.is_nan()) { x.map(real_tanh) } else { x.map(math::tanh) }
+}
+
+/// Natural logarithm.
+#[inline(always)]
+pub(crate) fn ln<const N: usize>(x: Lanes<N>) -> Lanes<N> {
+    let normal = x.all(|x| (f64::MIN_POSITIVE..=f64::MAX).contains(&x));
+    if normal { x.map(normal_ln) } else { x.map(math::ln) }
+}
+
+#[inline(always)]
+fn moderate_sin_cos(x: f64) -> (f64, f64) {
     // x = n π/2 + r,   |r| ≤ π/4
     let shifted = x * TWO_OVER_PI + ROUND;
     let n = shifted - ROUND;
@@ -70,60 +99,39 @@ pub(crate) fn sin_cos<const N: usize>(x: Lanes<N>) -> (Lanes<N>, Lanes<N>) {
     // sin r = r + r z P(z),   cos r = 1 − z/2 + z² Q(z)
     let sine = r + r * z * horner(z, &SINE);
     let half = z * 0.5;
-    let most = Lanes::ONE - half;
-    let cosine = most + ((Lanes::ONE - most - half) + z * z * horner(z, &COSINE));
+    let most = 1.0 - half;
+    let cosine = most + ((1.0 - most - half) + z * z * horner(z, &COSINE));
     // the quadrant n mod 4 swaps them and sets their signs
-    let (mut s, mut c) = (sine, cosine);
-    for k in 0..N {
-        let quadrant = shifted.0[k].to_bits();
-        let swap = (quadrant & 1).wrapping_neg();
-        let (a, b) = (sine.0[k].to_bits(), cosine.0[k].to_bits());
-        let crossed = (a ^ b) & swap;
-        s.0[k] = f64::from_bits((a ^ crossed) ^ ((quadrant & 2) << 62));
-        c.0[k] = f64::from_bits((b ^ crossed) ^ ((quadrant.wrapping_add(1) & 2) << 62));
-    }
-    (s, c)
+    let quadrant = shifted.to_bits();
+    let swap = (quadrant & 1).wrapping_neg();
+    let (a, b) = (sine.to_bits(), cosine.to_bits());
+    let crossed = (a ^ b) & swap;
+    let s = (a ^ crossed) ^ ((quadrant & 2) << 62);
+    let c = (b ^ crossed) ^ ((quadrant.wrapping_add(1) & 2) << 62);
+    (f64::from_bits(s), f64::from_bits(c))
 }
 
-/// eˣ.
 #[inline(always)]
-pub(crate) fn exp<const N: usize>(x: Lanes<N>) -> Lanes<N> {
-    if !x.all(|x| x.abs() <= LARGEST_EXPONENT) {
-        return x.map(math::exp);
-    }
-    normal_exp(x)
-}
-
-/// Hyperbolic tangent.
-#[inline(always)]
-pub(crate) fn tanh<const N: usize>(x: Lanes<N>) -> Lanes<N> {
-    if !x.all(|x| !x.is_nan()) {
-        return x.map(math::tanh);
-    }
+fn real_tanh(x: f64) -> f64 {
     // tanh x = x + x z P(z)/Q(z) for small x
     let z = x * x;
     let small = x + x * z * (horner(z, &TANH_OVER) / horner(z, &TANH_UNDER));
     // tanh |x| = 1 − 2/(e^2|x| + 1), which is 1 from 20 on
-    let size = x.map(|x| x.abs().min(20.0));
-    let rest = Lanes::ONE - Lanes::constant(2.0) / (normal_exp(size + size) + 1.0);
-    let large = rest.zip(x, f64::copysign);
-    Lanes::select(Scalar::abs(x).lt(Lanes::constant(SMALL_TANH)), small, large)
+    let size = x.abs().min(20.0);
+    let large = (1.0 - 2.0 / (normal_exp(size + size) + 1.0)).copysign(x);
+    if x.abs() < SMALL_TANH { small } else { large }
 }
 
-/// Natural logarithm.
 #[inline(always)]
-pub(crate) fn ln<const N: usize>(x: Lanes<N>) -> Lanes<N> {
-    if !x.all(|x| (f64::MIN_POSITIVE..=f64::MAX).contains(&x)) {
-        return x.map(math::ln);
-    }
+fn normal_ln(x: f64) -> f64 {
     // x = 2^k (1 + f),   √½ ≤ 1 + f < √2
     const HALF_ROOT: u64 = 0x3fe6_a09e_667f_3bcd;
     const ONE: u64 = 0x3ff0_0000_0000_0000;
     const MANTISSA: u64 = 0x000f_ffff_ffff_ffff;
     const TWO_52: u64 = 0x4330_0000_0000_0000;
-    let scaled = |x: f64| x.to_bits() + (ONE - HALF_ROOT);
-    let k = x.map(|x| f64::from_bits(TWO_52 | (scaled(x) >> 52)) - (f64::from_bits(TWO_52) + 1023.0));
-    let f = x.map(|x| f64::from_bits((scaled(x) & MANTISSA) + HALF_ROOT) - 1.0);
+    let scaled = x.to_bits() + (ONE - HALF_ROOT);
+    let k = f64::from_bits(TWO_52 | (scaled >> 52)) - (f64::from_bits(TWO_52) + 1023.0);
+    let f = f64::from_bits((scaled & MANTISSA) + HALF_ROOT) - 1.0;
     // ln(1 + f) = f − f²/2 + s (f²/2 + R(s²)),   s = f/(2 + f)
     let s = f / (f + 2.0);
     let z = s * s;
@@ -132,9 +140,8 @@ pub(crate) fn ln<const N: usize>(x: Lanes<N>) -> Lanes<N> {
     k * LN_2[0] - ((half - (s * (half + R) + k * LN_2[1])) - f)
 }
 
-/// eˣ where it is a normal number.
 #[inline(always)]
-fn normal_exp<const N: usize>(x: Lanes<N>) -> Lanes<N> {
+fn normal_exp(x: f64) -> f64 {
     // x = n ln 2 + r,   |r| ≤ ½ ln 2
     let shifted = x * core::f64::consts::LOG2_E + ROUND;
     let n = shifted - ROUND;
@@ -143,15 +150,15 @@ fn normal_exp<const N: usize>(x: Lanes<N>) -> Lanes<N> {
     let z = r * r;
     // e^r = 1 + r + r c/(2 − c),   c = r − z P(z)
     let c = r - z * horner(z, &EXPONENTIAL);
-    let near_one = Lanes::ONE - ((low - r * c / (Lanes::constant(2.0) - c)) - high);
+    let near_one = 1.0 - ((low - r * c / (2.0 - c)) - high);
     // times 2^n
-    near_one.zip(shifted, |y, n| f64::from_bits(y.to_bits().wrapping_add(n.to_bits() << 52)))
+    f64::from_bits(near_one.to_bits().wrapping_add(shifted.to_bits() << 52))
 }
 
 /// A polynomial in z, highest power first.
 #[inline(always)]
-fn horner<const N: usize>(z: Lanes<N>, coefficients: &[f64]) -> Lanes<N> {
-    let mut sum = Lanes::constant(coefficients[0]);
+fn horner(z: f64, coefficients: &[f64]) -> f64 {
+    let mut sum = coefficients[0];
     for &c in &coefficients[1..] {
         sum = sum * z + c;
     }
@@ -161,6 +168,7 @@ fn horner<const N: usize>(z: Lanes<N>, coefficients: &[f64]) -> Lanes<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Scalar;
     use crate::samples::Random;
 
     /// Largest error allowed, units in the last place.

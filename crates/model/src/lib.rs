@@ -36,6 +36,8 @@ pub mod side_by_side;
 mod spatial;
 mod spelling;
 mod taylor;
+#[cfg(target_arch = "x86_64")]
+mod transpose;
 mod tree;
 mod vector3;
 #[doc(hidden)]

@@ -3,10 +3,8 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
+use crate::scalar::MOST_SINES;
 use crate::{Inertia, Joint, JointKind, Matrix3, Model, Motion, Pose, Scalar, Symmetric3, Vector3};
-
-/// Coordinates of the widest group.
-const WIDEST: usize = 4;
 
 /// How a segment moves against its parent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -99,7 +97,7 @@ impl Mechanism {
             axes += joint.kind.nv();
         }
         let mut reads: Vec<_> = segments.iter().map(|s| (s.first_q, s.ratio, s.offset)).collect();
-        reads.resize(segments.len().next_multiple_of(WIDEST), (0, 0.0, 0.0));
+        reads.resize(segments.len().next_multiple_of(MOST_SINES), (0, 0.0, 0.0));
         Self { segments, reads, nq: model.nq, nv: model.nv, axes, mimic: model.has_mimic() }
     }
 
@@ -154,20 +152,17 @@ impl Mechanism {
     #[inline(always)]
     pub fn read<S: Scalar>(&self, q: &[S], at: &mut Coordinates<S>) {
         assert_eq!(q.len(), self.nq, "q");
-        let groups = at.sine.chunks_exact_mut(S::GROUP).zip(at.cosine.chunks_exact_mut(S::GROUP));
-        let reads = &self.reads[..self.segments.len().next_multiple_of(S::GROUP)];
-        let groups = groups.zip(at.x.chunks_exact_mut(S::GROUP)).zip(reads.chunks_exact(S::GROUP));
-        for (((sine, cosine), x), reads) in groups {
+        let count = self.segments.len().next_multiple_of(S::SINES);
+        let sines = at.sine.chunks_exact_mut(S::SINES).zip(at.cosine.chunks_exact_mut(S::SINES));
+        let sines = sines.zip(at.x.chunks_exact_mut(S::SINES));
+        for (((sine, cosine), x), reads) in sines.zip(self.reads[..count].chunks_exact(S::SINES)) {
             // from registers: what was just written singly is slow to read in groups
-            let mut own = [S::ZERO; WIDEST];
+            let mut own = [S::ZERO; MOST_SINES];
             for (own, &(place, ratio, offset)) in own.iter_mut().zip(reads) {
                 *own = q[place] * ratio + offset;
             }
-            let group = S::group(&own);
-            let (s, c) = group.sin_cos();
-            S::ungroup(group, x);
-            S::ungroup(s, sine);
-            S::ungroup(c, cosine);
+            x.copy_from_slice(&own[..S::SINES]);
+            S::sines_and_cosines(&own, sine, cosine);
         }
     }
 

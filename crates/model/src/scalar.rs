@@ -3,7 +3,10 @@
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-use crate::{Lanes, math};
+use crate::{Lanes, elementary, math};
+
+/// The most angles whose sines any kind of number takes at a time.
+pub(crate) const MOST_SINES: usize = 8;
 
 pub(crate) mod sealed {
     /// Keeps [`super::Scalar`] closed: its kinds are part of the design, not an extension point.
@@ -67,6 +70,18 @@ pub trait Scalar:
     fn repeated(self) -> Self::Group;
     /// Writes the first numbers of a group.
     fn ungroup(group: Self::Group, numbers: &mut [Self]);
+
+    /// How many angles [`Scalar::sines_and_cosines`] takes at a time.
+    #[doc(hidden)]
+    const SINES: usize = 1;
+    /// Sines and cosines of the first angles, as many as there is room for.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn sines_and_cosines(x: &[Self; MOST_SINES], sine: &mut [Self], cosine: &mut [Self]) {
+        for ((s, c), x) in sine.iter_mut().zip(cosine).zip(x) {
+            (*s, *c) = x.sin_cos();
+        }
+    }
 
     /// The number `x`, the same in every lane and without derivatives.
     fn constant(x: f64) -> Self;
@@ -140,6 +155,15 @@ macro_rules! group_of_one {
 pub(crate) use group_of_one;
 
 impl Scalar for f64 {
+    const SINES: usize = MOST_SINES;
+
+    #[inline(always)]
+    fn sines_and_cosines(x: &[f64; MOST_SINES], sine: &mut [f64], cosine: &mut [f64]) {
+        let (s, c) = elementary::sin_cos(Lanes(*x));
+        sine.copy_from_slice(&s.0);
+        cosine.copy_from_slice(&c.0);
+    }
+
     type Group = Lanes<4>;
     const GROUP: usize = 4;
     const FITS_REGISTERS: bool = true;

@@ -2,7 +2,10 @@
 
 use alloc::vec;
 use alloc::vec::Vec;
+use core::array::from_fn;
 
+#[cfg(target_arch = "x86_64")]
+use crate::transpose;
 use crate::{Lanes, wide};
 
 /// Scratch space for as many configurations side by side as the machine's registers hold.
@@ -29,9 +32,6 @@ impl<E, F, O> Room<E, F, O> {
     }
 }
 
-/// Numbers moved at a time between lanes and configurations: what lies in the nearest cache.
-const TILE: usize = 8;
-
 /// The numbers of configurations `first` … side by side; past the end the last one is repeated.
 ///
 /// `all`: the configurations one after the other, as many numbers each as `lanes` holds.
@@ -39,9 +39,17 @@ const TILE: usize = 8;
 pub fn gather<const N: usize>(all: &[f64], first: usize, lanes: &mut [Lanes<N>]) {
     let n = lanes.len();
     let last = (all.len() / n.max(1)).max(1) - 1;
-    for lane in 0..N {
-        let own = &all[(first + lane).min(last) * n..][..n];
-        for (lanes, &number) in lanes.iter_mut().zip(own) {
+    let own: [&[f64]; N] = from_fn(|lane| &all[(first + lane).min(last) * n..][..n]);
+    #[cfg(target_arch = "x86_64")]
+    if let (Ok(own), true) = (own[..].try_into(), wide::eight()) {
+        // SAFETY: the machine has these instructions.
+        return unsafe { transpose::to_eight_lanes(own, numbers_mut(lanes)) };
+    } else if let (Ok(own), true) = (own[..].try_into(), wide::four()) {
+        // SAFETY: the machine has these instructions.
+        return unsafe { transpose::to_four_lanes(own, numbers_mut(lanes)) };
+    }
+    for (lane, own) in own.iter().enumerate() {
+        for (lanes, &number) in lanes.iter_mut().zip(*own) {
             lanes.0[lane] = number;
         }
     }
@@ -50,21 +58,57 @@ pub fn gather<const N: usize>(all: &[f64], first: usize, lanes: &mut [Lanes<N>])
 /// The lanes to configurations `first` … of `all`, to as many as there are.
 #[inline(always)]
 pub fn scatter<const N: usize>(lanes: &[Lanes<N>], first: usize, all: &mut [f64]) {
-    let size = lanes.len();
-    let from = (first * size).min(all.len());
-    scatter_part(lanes, 0, size, &mut all[from..]);
+    Rows::new(all, first, lanes.len()).put(lanes, 0);
 }
 
-/// The lanes to the numbers from `place` on of each of the first configurations of `all`, `size` numbers each.
-#[inline(always)]
-pub fn scatter_part<const N: usize>(lanes: &[Lanes<N>], place: usize, size: usize, all: &mut [f64]) {
-    for (tile, numbers) in lanes.chunks(TILE).enumerate() {
-        for (lane, own) in all.chunks_exact_mut(size.max(1)).take(N).enumerate() {
-            for (number, lanes) in own[place + tile * TILE..].iter_mut().zip(numbers) {
+/// The numbers of as many configurations as lanes, or of fewer at the end of a batch.
+pub struct Rows<'a, const N: usize> {
+    own: [&'a mut [f64]; N],
+    whole: bool,
+}
+
+impl<'a, const N: usize> Rows<'a, N> {
+    /// Those from the configuration `first` on, of `size` numbers each.
+    #[inline(always)]
+    pub fn new(all: &'a mut [f64], first: usize, size: usize) -> Self {
+        let from = (first * size).min(all.len());
+        let mut rows = all[from..].chunks_exact_mut(size.max(1));
+        let whole = rows.len() >= N;
+        Self { own: from_fn(|_| rows.next().unwrap_or_default()), whole }
+    }
+
+    /// The lanes to the numbers from `at` on of each.
+    #[inline(always)]
+    pub fn put(&mut self, lanes: &[Lanes<N>], at: usize) {
+        #[cfg(target_arch = "x86_64")]
+        if self.whole {
+            if let (Ok(own), true) = ((&mut self.own[..]).try_into(), wide::eight()) {
+                // SAFETY: the machine has these instructions.
+                return unsafe { transpose::from_eight_lanes(numbers(lanes), at, own) };
+            } else if let (Ok(own), true) = ((&mut self.own[..]).try_into(), wide::four()) {
+                // SAFETY: the machine has these instructions.
+                return unsafe { transpose::from_four_lanes(numbers(lanes), at, own) };
+            }
+        }
+        for (lane, own) in self.own.iter_mut().enumerate().filter(|(_, own)| !own.is_empty()) {
+            for (number, lanes) in own[at..].iter_mut().zip(lanes) {
                 *number = lanes.0[lane];
             }
         }
     }
+}
+
+/// All lanes one after the other.
+#[cfg(target_arch = "x86_64")]
+fn numbers<const N: usize>(lanes: &[Lanes<N>]) -> &[f64] {
+    // SAFETY: lanes are their N numbers and nothing else.
+    unsafe { core::slice::from_raw_parts(lanes.as_ptr().cast(), N * lanes.len()) }
+}
+
+#[cfg(target_arch = "x86_64")]
+fn numbers_mut<const N: usize>(lanes: &mut [Lanes<N>]) -> &mut [f64] {
+    // SAFETY: lanes are their N numbers and nothing else.
+    unsafe { core::slice::from_raw_parts_mut(lanes.as_mut_ptr().cast(), N * lanes.len()) }
 }
 
 /// How many configurations of `n` numbers `all` holds.
@@ -114,15 +158,37 @@ macro_rules! side_by_side {
 mod tests {
     use super::*;
 
-    #[test]
-    fn what_is_gathered_is_scattered() {
-        let all: Vec<f64> = (0..21).map(f64::from).collect();
-        let mut back = vec![0.0; 21];
-        for first in [0, 4] {
-            let mut lanes = zeros::<4>(3);
+    fn there_and_back<const N: usize>(size: usize, count: usize) {
+        let all: Vec<f64> = (0..size * count).map(|k| k as f64).collect();
+        let (mut lanes, mut back) = (zeros::<N>(size), vec![-1.0; size * count]);
+        for first in (0..count).step_by(N) {
             gather(&all, first, &mut lanes);
+            for (k, number) in lanes.iter().enumerate() {
+                for (lane, x) in number.0.iter().enumerate() {
+                    assert_eq!(*x, all[(first + lane).min(count - 1) * size + k]);
+                }
+            }
             scatter(&lanes, first, &mut back);
         }
         assert_eq!(back, all);
+    }
+
+    #[test]
+    fn what_is_gathered_is_scattered() {
+        for (size, count) in (1..20).flat_map(|size| [1, 4, 8, 13].map(|count| (size, count))) {
+            there_and_back::<4>(size, count);
+            there_and_back::<8>(size, count);
+            there_and_back::<2>(size, count);
+        }
+    }
+
+    #[test]
+    fn a_part_leaves_the_rest_as_it_is() {
+        let lanes: Vec<_> = (0..5).map(|k| Lanes([f64::from(k); 8])).collect();
+        let mut all = vec![-1.0; 8 * 7];
+        Rows::new(&mut all, 0, 7).put(&lanes, 1);
+        for own in all.chunks(7) {
+            assert_eq!(own, [-1.0, 0.0, 1.0, 2.0, 3.0, 4.0, -1.0]);
+        }
     }
 }

@@ -124,7 +124,7 @@ fn differentiate<S: Scalar>(
     let mut h = core::mem::take(&mut ws.torque);
     torques(ws, &mut h);
     let Scratch { support, grouped, column, solution: qdd, .. } = &mut *ws;
-    grouped.load(by_torque);
+    grouped.load(support, by_torque);
     grouped.factor(support, column);
     // M q̈ = τ − h
     for ((x, tau), h) in qdd.iter_mut().zip(tau).zip(&h) {

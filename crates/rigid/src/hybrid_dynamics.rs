@@ -152,7 +152,7 @@ pub fn hybrid_response_with<S: Scalar>(
     response.copy_from_slice(&M);
     identity_where(|dof| imposed[dof], response, nv);
     let Scratch { support, grouped, column, .. } = &mut *ws;
-    grouped.load(response);
+    grouped.load(support, response);
     grouped.factor(support, column);
     grouped.invert(support, column);
     grouped.store(response);
@@ -336,7 +336,7 @@ fn by_mass_matrix<S: Scalar>(
     ws.places.load(&ws.inertia);
     composite_bodies(ws, c, q, &mut M);
     identity_where(&imposed, &mut M, nv);
-    ws.grouped.load(&M);
+    ws.grouped.load(&ws.support, &M);
     ws.grouped.factor(&ws.support, &mut ws.column);
     ws.grouped.solve(&ws.support, &mut x);
     for dof in (0..nv).filter(|&dof| !imposed(dof)) {

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 use sinew_model::{Model, Scalar, wide_forms};
 
-use crate::mass_matrix::upper_triangle;
+use crate::mass_matrix::{packed_triangle, upper_triangle};
 use crate::scratch::Conditions;
 use crate::{Bodies, Scratch, Workspace};
 
@@ -57,11 +57,24 @@ pub fn inverse_mass_matrix_with<S: Scalar>(b: &Bodies<S>, ws: &mut Scratch<S>, q
 #[inline(always)]
 pub(crate) fn invert<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>, q: &[S], M_inverse: &mut [S]) {
     assert_eq!(M_inverse.len(), ws.mechanism.nv() * ws.mechanism.nv(), "M_inverse");
-    let mut grouped = core::mem::take(&mut ws.grouped);
-    let (stride, M) = grouped.columns();
-    upper_triangle(ws, c, q, stride, M);
-    grouped.factor(&ws.support, &mut ws.column);
-    grouped.invert(&ws.support, &mut ws.column);
-    grouped.store(M_inverse);
-    ws.grouped = grouped;
+    invert_grouped(ws, c, q);
+    ws.grouped.store(M_inverse);
+}
+
+/// The same, left in the workspace.
+#[inline(always)]
+pub(crate) fn invert_grouped<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>, q: &[S]) {
+    if ws.mechanism.has_mimic() {
+        let mut M = core::mem::take(&mut ws.matrix);
+        upper_triangle(ws, c, q, &mut M);
+        ws.grouped.load(&ws.support, &M);
+        ws.matrix = M;
+    } else {
+        let mut grouped = core::mem::take(&mut ws.grouped);
+        let (stride, M) = grouped.packed();
+        packed_triangle(ws, c, q, stride, M);
+        ws.grouped = grouped;
+    }
+    ws.grouped.factor(&ws.support, &mut ws.column);
+    ws.grouped.invert(&ws.support, &mut ws.column);
 }

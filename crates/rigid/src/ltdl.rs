@@ -7,56 +7,70 @@ use sinew_model::Scalar;
 
 use crate::support::Support;
 
-/// A symmetric matrix with the zeros of the mass matrix, by columns of whole groups.
+/// A symmetric matrix with the zeros of the mass matrix, its factors and its inverse.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Grouped<S> {
-    entries: Vec<S>,
+    // By columns, `reach` apart: of column k the entries whose rows carry k, itself last, and nothing between them. So
+    // the columns of those that carry k begin with the same rows as column k.
+    factors: Vec<S>,
+    reach: usize,
+    // Whole columns, `height` apart: n and what fills the last pair of groups.
+    inverse: Vec<S>,
+    height: usize,
     // Two columns.
     sum: Vec<S>,
     n: usize,
-    // Numbers of a column: n and what fills the last pair of groups.
-    height: usize,
 }
 
 impl<S: Scalar> Grouped<S> {
-    /// Room for n × n numbers.
-    pub(crate) fn new(n: usize) -> Self {
+    /// Room for matrices of this support.
+    pub(crate) fn new(n: usize, support: &Support) -> Self {
         let height = usize::next_multiple_of(n, 2 * S::GROUP).max(1);
-        Self { entries: vec![S::ZERO; n * height], sum: vec![S::ZERO; 2 * height], n, height }
-    }
-
-    /// The distance between columns, and all columns; only what is on and above the diagonal counts.
-    #[inline(always)]
-    pub(crate) fn columns(&mut self) -> (usize, &mut [S]) {
-        (self.height, &mut self.entries)
-    }
-
-    /// Takes an n × n matrix by columns.
-    #[inline(always)]
-    pub(crate) fn load(&mut self, A: &[S]) {
-        let columns = A.chunks_exact(self.n.max(1)).zip(self.entries.chunks_exact_mut(self.height));
-        for (from, to) in columns {
-            to[..self.n].copy_from_slice(from);
+        let most = (0..n).map(|k| support.depth(k) + 1).max().unwrap_or(0);
+        let reach = usize::next_multiple_of(most, S::GROUP).max(1);
+        Self {
+            factors: vec![S::ZERO; n * reach],
+            reach,
+            inverse: vec![S::ZERO; n * height],
+            height,
+            sum: vec![S::ZERO; 2 * height],
+            n,
         }
     }
 
-    /// Writes all of the matrix by columns.
+    /// The distance between columns, and all columns without their zeros, for a matrix to be written.
     #[inline(always)]
-    pub(crate) fn store(&self, A: &mut [S]) {
-        let columns = A.chunks_exact_mut(self.n.max(1)).zip(self.entries.chunks_exact(self.height));
-        for (to, from) in columns {
-            to.copy_from_slice(&from[..self.n]);
+    pub(crate) fn packed(&mut self) -> (usize, &mut [S]) {
+        (self.reach, &mut self.factors)
+    }
+
+    /// Takes the upper triangle of an n × n matrix by columns.
+    #[inline(always)]
+    pub(crate) fn load(&mut self, support: &Support, A: &[S]) {
+        let columns = A.chunks_exact(self.n.max(1)).zip(self.factors.chunks_exact_mut(self.reach));
+        for (k, (from, to)) in columns.enumerate() {
+            let mut row = 0;
+            for &(start, end) in support.carriers(k) {
+                for i in start..end {
+                    to[row] = from[i];
+                    row += 1;
+                }
+            }
         }
     }
 
+    /// Column `k` of the inverse.
     #[inline(always)]
-    fn get(&self, i: usize, j: usize) -> S {
-        self.entries[self.height * j + i]
+    pub(crate) fn inverse_column(&self, k: usize) -> &[S] {
+        &self.inverse[self.height * k..][..self.n]
     }
 
+    /// Writes all of the inverse by columns.
     #[inline(always)]
-    fn set(&mut self, i: usize, j: usize, x: S) {
-        self.entries[self.height * j + i] = x;
+    pub(crate) fn store(&self, A_inverse: &mut [S]) {
+        for (k, to) in A_inverse.chunks_exact_mut(self.n.max(1)).enumerate() {
+            to.copy_from_slice(self.inverse_column(k));
+        }
     }
 
     /// Factors the matrix in place: L, without its unit diagonal, above the diagonal; 1/D on it. `room`: n numbers.
@@ -68,32 +82,32 @@ impl<S: Scalar> Grouped<S> {
     /// Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008, table 6.3.
     #[inline(always)]
     pub(crate) fn factor(&mut self, support: &Support, room: &mut [S]) {
-        let (height, width) = (self.height, S::GROUP);
+        let (reach, width) = (self.reach, S::GROUP);
         for k in (0..self.n).rev() {
-            let (before, own) = self.entries.split_at_mut(height * k);
-            let own = &mut own[..height];
-            let d_inverse = own[k].recip();
+            let (before, own) = self.factors.split_at_mut(reach * k);
+            let (own, depth) = (&mut own[..reach], support.depth(k));
+            let d_inverse = own[depth].recip();
+            let mut row = 0;
             for &(start, end) in support.ancestors(k) {
                 for i in start..end {
                     // A_ij = A_ij − a A_kj,   a = A_ki/A_kk,   for j up to i
-                    let a = own[i] * d_inverse;
+                    let a = own[row] * d_inverse;
                     // written to the column at the end: what was just written is slow to read in groups
-                    room[i] = a;
-                    let whole = usize::next_multiple_of(i + 1, width);
-                    let column = before[height * i..height * i + whole].chunks_exact_mut(width);
+                    room[row] = a;
+                    row += 1;
+                    let whole = usize::next_multiple_of(row, width);
+                    let column = before[reach * i..][..whole].chunks_exact_mut(width);
                     for (x, y) in column.zip(own[..whole].chunks_exact(width)) {
                         S::ungroup(S::group(x) - S::group(y) * a.repeated(), x);
                     }
                 }
             }
-            for &(start, end) in support.ancestors(k) {
-                own[start..end].copy_from_slice(&room[start..end]);
-            }
-            own[k] = d_inverse;
+            own[..depth].copy_from_slice(&room[..depth]);
+            own[depth] = d_inverse;
         }
     }
 
-    /// Turns the factors of A into A⁻¹, all of it, in place; `room`: n numbers.
+    /// Takes A⁻¹, all of it, from the factors of A; `room`: n numbers.
     ///
     /// ```text
     /// A⁻¹_ik = D⁻¹_ik − Σ_j L_ij A⁻¹_jk   for k ≤ i, row by row
@@ -102,12 +116,16 @@ impl<S: Scalar> Grouped<S> {
     pub(crate) fn invert(&mut self, support: &Support, room: &mut [S]) {
         let (height, width) = (self.height, S::GROUP);
         for i in 0..self.n {
-            let d_inverse = self.get(i, i);
-            let ancestors = support.ancestors(i);
+            let (ancestors, factors) = (support.ancestors(i), &self.factors[self.reach * i..][..self.reach]);
+            let mut row = 0;
             for &(start, end) in ancestors {
-                (start..end).for_each(|j| room[j] = self.get(j, i));
+                for j in start..end {
+                    room[j] = factors[row];
+                    row += 1;
+                }
             }
-            let (before, own) = self.entries.split_at_mut(height * i);
+            let mut diagonal = factors[row];
+            let (before, own) = self.inverse.split_at_mut(height * i);
             let mut row = 0;
             while row < i {
                 // a sum waits for its last term: several are on their way
@@ -119,14 +137,12 @@ impl<S: Scalar> Grouped<S> {
                     row += 2 * width;
                 }
             }
-            let mut diagonal = d_inverse;
             for &(start, end) in ancestors {
-                (start..end).for_each(|j| diagonal -= room[j] * self.get(j, i));
+                (start..end).for_each(|j| diagonal -= room[j] * own[j]);
             }
-            self.set(i, i, diagonal);
+            own[i] = diagonal;
             for k in 0..i {
-                let x = self.get(k, i);
-                self.set(i, k, x);
+                before[height * k + i] = own[k];
             }
         }
     }
@@ -136,35 +152,46 @@ impl<S: Scalar> Grouped<S> {
     pub(crate) fn solve(&self, support: &Support, x: &mut [S]) {
         // Lᵀ y = b
         for i in (0..self.n).rev() {
+            let mut factors = self.factors[self.reach * i..].iter();
             for &(start, end) in support.ancestors(i) {
-                for j in start..end {
-                    let t = self.get(j, i) * x[i];
+                for (j, L) in (start..end).zip(factors.by_ref()) {
+                    let t = *L * x[i];
                     x[j] -= t;
                 }
             }
         }
         // L x = D⁻¹ y
         for i in 0..self.n {
-            let mut sum = x[i] * self.get(i, i);
+            let factors = &self.factors[self.reach * i..];
+            let mut sum = x[i] * factors[support.depth(i)];
+            let mut factors = factors.iter();
             for &(start, end) in support.ancestors(i) {
-                (start..end).for_each(|j| sum -= self.get(j, i) * x[j]);
+                for (j, L) in (start..end).zip(factors.by_ref()) {
+                    sum -= *L * x[j];
+                }
             }
             x[i] = sum;
         }
     }
 
-    /// −A x for each column x of both matrices, n × n, which have the zeros of the mass matrix; all numbers of A must
-    /// stand.
+    /// −A⁻¹ x for each column x of both matrices, n × n, which have the zeros of the mass matrix; the inverse must have
+    /// been taken.
     #[inline(always)]
     pub(crate) fn minus_times(&mut self, support: &Support, X: &mut [S], Y: &mut [S]) {
-        let Self { entries, sum, n, height } = self;
+        let Self { inverse, sum, n, height, .. } = self;
         let (sum_x, sum_y) = sum.split_at_mut(*height);
         let columns = X.chunks_exact_mut((*n).max(1)).zip(Y.chunks_exact_mut((*n).max(1)));
         for (k, (x, y)) in columns.enumerate() {
-            // a number of A is read once for both
-            for row in (0..*n).step_by(2 * S::GROUP) {
-                let ranges = support.related(k);
-                minus_sums::<S, 2, 2>(entries, *height, row, ranges, [x, y], [sum_x, sum_y]);
+            // a number of A⁻¹ is read once for both
+            let (ranges, mut row) = (support.related(k), 0);
+            while row < *n {
+                if *n > row + 2 * S::GROUP {
+                    minus_sums::<S, 4, 2>(inverse, *height, row, ranges, [x, y], [sum_x, sum_y]);
+                    row += 4 * S::GROUP;
+                } else {
+                    minus_sums::<S, 2, 2>(inverse, *height, row, ranges, [x, y], [sum_x, sum_y]);
+                    row += 2 * S::GROUP;
+                }
             }
             x.copy_from_slice(&sum_x[..*n]);
             y.copy_from_slice(&sum_y[..*n]);
@@ -220,8 +247,8 @@ mod tests {
     #[test]
     fn a_solution_satisfies_its_equations() {
         let b = [1.0, -2.0, 3.0];
-        let (mut LD, mut x) = (Grouped::new(3), b);
-        LD.load(&A);
+        let (mut LD, mut x) = (Grouped::new(3, &support()), b);
+        LD.load(&support(), &A);
         LD.factor(&support(), &mut [0.0; 3]);
         LD.solve(&support(), &mut x);
         for i in 0..3 {
@@ -232,8 +259,8 @@ mod tests {
 
     #[test]
     fn a_matrix_times_its_inverse_is_one() {
-        let (mut grouped, mut inverse) = (Grouped::new(3), A);
-        grouped.load(&A);
+        let (mut grouped, mut inverse) = (Grouped::new(3, &support()), A);
+        grouped.load(&support(), &A);
         grouped.factor(&support(), &mut [0.0; 3]);
         grouped.invert(&support(), &mut [0.0; 3]);
         grouped.store(&mut inverse);

@@ -62,9 +62,8 @@ wide_forms! {
     /// ```
     pub fn mass_matrix_upper_into(model: &Model, ws: &mut Workspace, q: &[f64], M: &mut [f64]) {
         let (conditions, scratch, _) = ws.open(model);
-        let nv = model.nv;
-        assert_eq!(M.len(), nv * nv, "M");
-        upper_triangle(scratch, &conditions, q, nv, M);
+        assert_eq!(M.len(), model.nv * model.nv, "M");
+        upper_triangle(scratch, &conditions, q, M);
     }
 }
 
@@ -83,37 +82,49 @@ pub(crate) fn composite_bodies<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>
     let nv = ws.mechanism.nv();
     assert_eq!(M.len(), nv * nv, "M");
     M.fill(S::ZERO);
-    upper_triangle(ws, c, q, nv, M);
+    upper_triangle(ws, c, q, M);
     if !ws.mechanism.has_mimic() {
         ws.support.mirror(M);
     }
 }
 
-/// Entries on and above the diagonal that may be other than zero, columns `stride` apart; with mimic joints all of M.
+/// Entries on and above the diagonal that may be other than zero; with mimic joints all of M.
 #[inline(always)]
-pub(crate) fn upper_triangle<S: Scalar>(
+pub(crate) fn upper_triangle<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>, q: &[S], M: &mut [S]) {
+    let Scratch { mechanism, at, places, .. } = ws;
+    let nv = mechanism.nv();
+    mechanism.read(q, at);
+    places.set_out(mechanism, q, at);
+    if mechanism.has_mimic() {
+        M.fill(S::ZERO);
+        places.add_up();
+        places.add_all(nv, M);
+    } else {
+        places.write_upper(nv, false, M);
+    }
+    if !c.armature.is_empty() {
+        for dof in 0..nv {
+            M[dof + nv * dof] += c.armature(dof);
+        }
+    }
+}
+
+/// The same without the zeros between them, columns `stride` apart, where no joint mimics another.
+#[inline(always)]
+pub(crate) fn packed_triangle<S: Scalar>(
     ws: &mut Scratch<S>,
     c: &Conditions<S>,
     q: &[S],
     stride: usize,
     M: &mut [S],
 ) {
-    let Scratch { mechanism, at, places, .. } = ws;
-    let nv = mechanism.nv();
+    let Scratch { mechanism, at, places, support, .. } = ws;
     mechanism.read(q, at);
     places.set_out(mechanism, q, at);
-    if mechanism.has_mimic() {
-        for column in M.chunks_exact_mut(stride) {
-            column[..nv].fill(S::ZERO);
-        }
-        places.add_up();
-        places.add_all(stride, M);
-    } else {
-        places.write_upper(stride, M);
-    }
+    places.write_upper(stride, true, M);
     if !c.armature.is_empty() {
-        for dof in 0..nv {
-            M[dof + stride * dof] += c.armature(dof);
+        for dof in 0..mechanism.nv() {
+            M[support.depth(dof) + stride * dof] += c.armature(dof);
         }
     }
 }

@@ -73,6 +73,8 @@ struct Place {
 struct Run {
     block: usize,
     dof: usize,
+    // How many degrees of freedom carry the first of them.
+    row: usize,
     length: usize,
 }
 
@@ -239,14 +241,14 @@ impl<S: Scalar> Places<S> {
         }
     }
 
-    /// Writes the entries on and above the diagonal of M that may be other than zero; no two joints may share a degree
-    /// of freedom.
+    /// Writes the entries on and above the diagonal of M that may be other than zero, columns `stride` apart; no two joints
+    /// may share a degree of freedom. `packed`: without the zeros between them.
     ///
     /// ```text
     /// M_ij = s_i·F_j   where i carries j
     /// ```
     #[inline(always)]
-    pub(crate) fn write_upper(&mut self, stride: usize, M: &mut [S]) {
+    pub(crate) fn write_upper(&mut self, stride: usize, packed: bool, M: &mut [S]) {
         if S::GROUP > 1 {
             self.add_up();
         }
@@ -261,17 +263,19 @@ impl<S: Scalar> Places<S> {
             };
             let column = &mut M[stride * place.dof..][..stride];
             if let Some(root) = place.root {
-                column[self.roots[root].dof..][..6].copy_from_slice(&F);
+                let row = if packed { 0 } else { self.roots[root].dof };
+                column[row..][..6].copy_from_slice(&F);
             }
             let mut each = [S::Group::ZERO; 6];
             for c in 0..6 {
                 each[c] = F[c].repeated();
             }
             for run in &self.carriers[self.first[k]..self.first[k + 1]] {
+                let row = if packed { run.row } else { run.dof };
                 for (block, first) in (run.block..).zip((0..run.length).step_by(S::GROUP)) {
                     let entries = along(&take::<S, 6>(&self.axes, block), &each);
                     let count = (run.length - first).min(S::GROUP);
-                    S::ungroup(entries, &mut column[run.dof + first..][..count]);
+                    S::ungroup(entries, &mut column[row + first..][..count]);
                 }
             }
         }
@@ -279,7 +283,7 @@ impl<S: Scalar> Places<S> {
             // the axes are those of the frame: I_c itself
             for axis in 0..6 {
                 let column = column_of(&root.composite, axis);
-                let first = root.dof + stride * (root.dof + axis);
+                let first = if packed { 0 } else { root.dof } + stride * (root.dof + axis);
                 M[first..=first + axis].copy_from_slice(&column[..=axis]);
             }
         }
@@ -328,14 +332,14 @@ fn runs(place: &[Place], width: usize) -> (Vec<usize>, Vec<Run>) {
         while let Some(parent) = place[own[own.len() - 1]].parent {
             own.push(number(parent));
         }
-        let start = runs.len();
-        for &i in own.iter().rev() {
+        let (start, below) = (runs.len(), if place[k].root.is_some() { 6 } else { 0 });
+        for (row, &i) in (below..).zip(own.iter().rev()) {
             let Place { at, dof, .. } = place[i];
             match runs[start..].last_mut() {
                 Some(run) if (run.block * width + run.length, run.dof + run.length) == (at, dof) => {
                     run.length += 1;
                 }
-                _ => runs.push(Run { block: at / width, dof, length: 1 }),
+                _ => runs.push(Run { block: at / width, dof, row, length: 1 }),
             }
         }
         first.push(runs.len());

@@ -111,9 +111,9 @@ impl<S: Scalar> Scratch<S> {
         let inertia: Vec<_> = mechanism.segments().iter().zip(&model.joints).map(of_segment).collect();
         let mut places = Places::new(&mechanism);
         places.load(&inertia);
+        let support = Support::new(&mechanism);
         Self {
             places,
-            support: Support::new(&mechanism),
             at: Coordinates::new(&mechanism),
             inertia,
             body: vec![Body::resting(); rows],
@@ -129,7 +129,8 @@ impl<S: Scalar> Scratch<S> {
             solution: vec![S::ZERO; nv],
             column: vec![S::ZERO; nv],
             matrix: vec![S::ZERO; nv * nv],
-            grouped: Grouped::new(nv),
+            grouped: Grouped::new(nv, &support),
+            support,
             mechanism,
         }
     }

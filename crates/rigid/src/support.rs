@@ -14,6 +14,7 @@ use sinew_model::Mechanism;
 #[derive(Debug, Clone)]
 pub(crate) struct Support {
     ancestors: Ranges,
+    depth: Vec<usize>,
     carriers: Ranges,
     related: Ranges,
 }
@@ -48,7 +49,8 @@ impl Support {
         let ancestors = Ranges::new(nv, ancestor);
         let carriers = Ranges::new(nv, |i, of| i == of || ancestor(i, of));
         let related = Ranges::new(nv, |i, of| i == of || ancestor(i, of) || ancestor(of, i));
-        Self { ancestors, carriers, related }
+        let depth = (0..nv).map(|of| (0..of).filter(|&i| ancestor(i, of)).count()).collect();
+        Self { ancestors, depth, carriers, related }
     }
 
     /// Ranges of the degrees of freedom below `dof` that carry it, ascending.
@@ -57,7 +59,13 @@ impl Support {
         self.ancestors.of(dof)
     }
 
-    /// The same with `dof` itself.
+    /// How many degrees of freedom carry `dof`.
+    #[inline(always)]
+    pub(crate) fn depth(&self, dof: usize) -> usize {
+        self.depth[dof]
+    }
+
+    /// Ranges of the degrees of freedom that carry `dof`, and `dof` itself.
     #[inline(always)]
     pub(crate) fn carriers(&self, dof: usize) -> &[(usize, usize)] {
         self.carriers.of(dof)

@@ -1,12 +1,12 @@
 //! The mass matrix of many configurations and its inverse.
 
 use nalgebra::DMatrix;
-use sinew_model::side_by_side::{count, gather, scatter};
+use sinew_model::side_by_side::{Rows, count, gather, scatter};
 use sinew_model::{Model, side_by_side};
 
 use super::{Lane, Room};
-use crate::inverse_mass_matrix::invert;
-use crate::mass_matrix::upper_triangle;
+use crate::inverse_mass_matrix::invert_grouped;
+use crate::mass_matrix::{composite_bodies, upper_triangle};
 use crate::{BatchWorkspace, Workspace, inverse_mass_matrix_into, mass_matrix_into, mass_matrix_upper_into};
 
 /// [`mass_matrix`](crate::mass_matrix) of many configurations.
@@ -100,22 +100,16 @@ fn triangles_in_lanes<const N: usize>(
     let (nv, size) = (model.nv, output.len());
     for first in (0..count(q, model.nq)).step_by(N) {
         gather(q, first, q_lanes);
-        upper_triangle(scratch, &conditions, q_lanes, nv, output);
-        for (lane, M) in M[first * size..].chunks_exact_mut(size).take(N).enumerate() {
-            if which == Triangles::Both {
-                M.fill(0.0);
-            }
-            for j in 0..nv {
-                for &(start, end) in scratch.support.carriers(j) {
-                    for i in start..end {
-                        // one number after the other: gathered by the compiler they take twice as long
-                        let x = output[i + nv * j].0[lane];
-                        M[i + nv * j] = x;
-                        if which == Triangles::Both {
-                            M[j + nv * i] = x;
-                        }
-                    }
-                }
+        if which == Triangles::Both {
+            composite_bodies(scratch, &conditions, q_lanes, output);
+            scatter(output, first, M);
+            continue;
+        }
+        upper_triangle(scratch, &conditions, q_lanes, output);
+        let mut rows = Rows::new(M, first, size);
+        for j in 0..nv {
+            for &(start, end) in scratch.support.carriers(j) {
+                rows.put(&output[nv * j + start..nv * j + end], nv * j + start);
             }
         }
     }
@@ -125,10 +119,20 @@ fn triangles_in_lanes<const N: usize>(
 fn inverse_in_lanes<const N: usize>(lane: &mut Lane<N>, model: &Model, q: &[f64], M: &mut [f64]) {
     let conditions = lane.conditions(model);
     let Lane { scratch, q: q_lanes, matrices: [output, ..], .. } = lane;
+    let nv = model.nv;
     for first in (0..count(q, model.nq)).step_by(N) {
         gather(q, first, q_lanes);
-        invert(scratch, &conditions, q_lanes, output);
-        scatter(output, first, M);
+        invert_grouped(scratch, &conditions, q_lanes);
+        // short columns are moved in one piece
+        if nv < 2 * N {
+            scratch.grouped.store(output);
+            scatter(output, first, M);
+            continue;
+        }
+        let mut rows = Rows::new(M, first, nv * nv);
+        for k in 0..nv {
+            rows.put(scratch.grouped.inverse_column(k), nv * k);
+        }
     }
 }
 

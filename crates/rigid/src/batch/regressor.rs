@@ -1,7 +1,7 @@
 //! The regressor of many configurations.
 
 use nalgebra::DMatrix;
-use sinew_model::side_by_side::{count, gather, scatter_part};
+use sinew_model::side_by_side::{Rows, count, gather};
 use sinew_model::{Lanes, Model, Scalar, side_by_side};
 
 use super::{Lane, Room};
@@ -74,10 +74,11 @@ fn in_lanes<const N: usize>(
         gather(qd, first, qd_lanes);
         gather(qdd, first, x);
         start(scratch, &conditions, q_lanes);
+        let mut rows = Rows::new(Y, first, size);
         for k in 0..model.joints.len() {
             block.fill(Lanes::ZERO);
             body_rows(scratch, k, qd_lanes, x, block);
-            scatter_part(block, k * block.len(), size, &mut Y[first * size..]);
+            rows.put(block, k * block.len());
         }
     }
 }
