@@ -69,9 +69,9 @@ fn rows<S: Scalar>(ws: &mut Scratch<S>, c: &Conditions<S>, q: &[S], qd: &[S], qd
     let nv = ws.mechanism.nv();
     assert_eq!((qd.len(), qdd.len()), (nv, nv), "qd, qdd");
     assert_eq!(Y.len(), nv * PARAMETERS * ws.inertia.len(), "Y");
-    Y.fill(S::ZERO);
     start(ws, c, q);
     for (k, block) in Y.chunks_exact_mut((nv * PARAMETERS).max(1)).enumerate() {
+        block.fill(S::ZERO);
         body_rows(ws, k, qd, qdd, block);
     }
 }
