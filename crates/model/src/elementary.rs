@@ -140,6 +140,7 @@ fn normal_ln(x: f64) -> f64 {
     k * LN_2[0] - ((half - (s * (half + R) + k * LN_2[1])) - f)
 }
 
+/// eˣ where it is a normal number.
 #[inline(always)]
 fn normal_exp(x: f64) -> f64 {
     // x = n ln 2 + r,   |r| ≤ ½ ln 2

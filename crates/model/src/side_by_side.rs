@@ -90,7 +90,8 @@ impl<'a, const N: usize> Rows<'a, N> {
                 return unsafe { transpose::from_four_lanes(numbers(lanes), at, own) };
             }
         }
-        for (lane, own) in self.own.iter_mut().enumerate().filter(|(_, own)| !own.is_empty()) {
+        let whole = self.whole;
+        for (lane, own) in self.own.iter_mut().enumerate().filter(|(_, own)| whole || !own.is_empty()) {
             for (number, lanes) in own[at..].iter_mut().zip(lanes) {
                 *number = lanes.0[lane];
             }
