@@ -194,14 +194,14 @@ fn saturated(layout: &Layout, c: usize, residual: &[f64], columns: &[&[Vec<f64>]
     let x = matrix(&x);
     let right = cross(&x, &matrix(std::slice::from_ref(&y)));
     let right: Vec<f64> = (0..x.ncols()).map(|i| right[(i, 0)]).collect();
-    let Some(ridge) = Ridge::new(&cross(&x, &x), &right) else { return y };
+    let Some(ridge) = Ridge::new(cross(&x, &x), right) else { return y };
     let n = rows.len() as f64;
     let mut lambda = 1e-8;
     while ridge.freedom(lambda) > MOST_FREEDOM * n && lambda < 1e3 {
         lambda *= 3.0;
     }
-    let b = ridge.coefficients(lambda);
     let correction = (n / (n - ridge.freedom(lambda)).max(0.1 * n)).sqrt();
+    let Some(b) = ridge.coefficients(lambda) else { return y };
     (0..rows.len())
         .map(|k| {
             let fitted: f64 = (0..b.len()).map(|j| x[(k, j)] * b[j]).sum();

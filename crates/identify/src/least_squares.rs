@@ -68,22 +68,19 @@ pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| (x - y).powi(2)).sum()
 }
 
-/// Ridge regression of `y` on unit-norm columns, with the spectrum kept so that every ridge is cheap.
+/// Ridge regression of `y` on unit-norm columns.
 pub(crate) struct Ridge {
-    vectors: Mat<f64>,
+    gram: Mat<f64>,
+    right: Vec<f64>,
+    // Of XᵀX, so that the freedom of every ridge is cheap.
     values: Vec<f64>,
-    rotated: Vec<f64>,
 }
 
 impl Ridge {
-    /// Decomposes XᵀX = V D Vᵀ and keeps Vᵀ Xᵀ y.
-    pub fn new(gram: &Mat<f64>, right: &[f64]) -> Option<Self> {
-        let n = gram.nrows();
-        let eigen = gram.self_adjoint_eigen(Side::Lower).ok()?;
-        let vectors = eigen.U().to_owned();
-        let values = (0..n).map(|i| eigen.S().column_vector()[i].max(0.0)).collect();
-        let rotated = (0..n).map(|j| (0..n).map(|i| vectors[(i, j)] * right[i]).sum()).collect();
-        Some(Self { vectors, values, rotated })
+    /// From XᵀX and Xᵀ y.
+    pub fn new(gram: Mat<f64>, right: Vec<f64>) -> Option<Self> {
+        let values = gram.self_adjoint_eigenvalues(Side::Lower).ok()?;
+        Some(Self { gram, right, values: values.into_iter().map(|d| d.max(0.0)).collect() })
     }
 
     /// tr H(λ) = Σ d/(d + λ): the degrees of freedom that the fit uses.
@@ -91,11 +88,13 @@ impl Ridge {
         self.values.iter().map(|d| d / (d + ridge)).sum()
     }
 
-    /// The coefficients V (D + λ)⁻¹ Vᵀ Xᵀ y.
-    pub fn coefficients(&self, ridge: f64) -> Vec<f64> {
-        let n = self.values.len();
-        let small: Vec<f64> = (0..n).map(|j| self.rotated[j] / (self.values[j] + ridge)).collect();
-        (0..n).map(|i| (0..n).map(|j| self.vectors[(i, j)] * small[j]).sum()).collect()
+    /// The coefficients (XᵀX + λ)⁻¹ Xᵀ y; none of a ridge too small for the numbers to tell from zero.
+    pub fn coefficients(mut self, ridge: f64) -> Option<Vec<f64>> {
+        let n = self.right.len();
+        (0..n).for_each(|i| self.gram[(i, i)] += ridge);
+        let right = matrix(std::slice::from_ref(&self.right));
+        let b = self.gram.llt(Side::Lower).ok()?.solve(&right);
+        Some((0..n).map(|i| b[(i, 0)]).collect())
     }
 }
 
@@ -114,9 +113,9 @@ mod tests {
     #[test]
     fn a_ridge_of_zero_is_least_squares() {
         let gram = Mat::from_fn(2, 2, |i, j| [[2.0, 1.0], [1.0, 3.0]][i][j]);
-        let ridge = Ridge::new(&gram, &[3.0, 4.0]).unwrap();
-        let x = ridge.coefficients(0.0);
-        assert!((x[0] - 1.0).abs() < 1e-12 && (x[1] - 1.0).abs() < 1e-12);
+        let ridge = Ridge::new(gram, vec![3.0, 4.0]).unwrap();
         assert!((ridge.freedom(0.0) - 2.0).abs() < 1e-12);
+        let x = ridge.coefficients(0.0).unwrap();
+        assert!((x[0] - 1.0).abs() < 1e-12 && (x[1] - 1.0).abs() < 1e-12);
     }
 }

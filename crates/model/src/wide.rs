@@ -37,15 +37,15 @@ macro_rules! wide_forms {
         $crate::wide_forms! { @ only_wide, $crate::wide::four(), "avx2", $($rest)* }
     };
     (@ $order:ident, $has:expr, $features:literal, $(#[$attribute:meta])* $visibility:vis fn $name:ident
-        ($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)? $body:block) => {
+        $(<$($generic:ident: $bound:path),*>)? ($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)? $body:block) => {
         $(#[$attribute])*
-        $visibility fn $name($($argument: $type),*) $(-> $result)? {
+        $visibility fn $name$(<$($generic: $bound),*>)?($($argument: $type),*) $(-> $result)? {
             #[inline(always)]
-            fn plain($($argument: $type),*) $(-> $result)? $body
+            fn plain$(<$($generic: $bound),*>)?($($argument: $type),*) $(-> $result)? $body
 
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = $features)]
-            fn wide($($argument: $type),*) $(-> $result)? {
+            fn wide$(<$($generic: $bound),*>)?($($argument: $type),*) $(-> $result)? {
                 plain($($argument),*)
             }
 

@@ -1,34 +1,37 @@
 //! Forward and hybrid dynamics: the articulated-body algorithm.
 
-use sinew_model::{ArticulatedInertia, Force, Motion, Scalar, Segment, SegmentKind};
+use sinew_model::{ArticulatedInertia, Force, Motion, Scalar, Segment, SegmentKind, wide_forms};
 
 use crate::mass_matrix::{along, composite_bodies};
 use crate::rnea::{inverse_dynamics, velocity};
 use crate::scratch::{Body, Conditions, Pivot};
 use crate::{Bodies, BodyAccelerations, MovingBodies, Scratch};
 
-/// Accelerations that the torques `tau` produce, for any kind of number (articulated bodies).
-///
-/// ```text
-/// q̈ = M(q)⁻¹ (τ − C(q, q̇) q̇ − g(q))
-/// ```
-///
-/// `q`: nq, rad (m). `qd`, `tau`: nv. `qdd`: nv, overwritten. Cost O(n); with mimic joints M is factored instead.
-/// A degree of freedom that moves no inertia gives numbers that are not finite.
-///
-/// # Panics
-/// If a slice has the wrong length.
-///
-/// Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008, table 7.1.
-pub fn forward_dynamics_with<S: Scalar>(
-    b: &Bodies<S>,
-    ws: &mut Scratch<S>,
-    q: &[S],
-    qd: &[S],
-    tau: &[S],
-    qdd: &mut [S],
-) {
-    forward_dynamics_under_with(b, ws, q, qd, tau, |_| {}, qdd);
+wide_forms! {
+    avx2,
+    /// Accelerations that the torques `tau` produce, for any kind of number (articulated bodies).
+    ///
+    /// ```text
+    /// q̈ = M(q)⁻¹ (τ − C(q, q̇) q̇ − g(q))
+    /// ```
+    ///
+    /// `q`: nq, rad (m). `qd`, `tau`: nv. `qdd`: nv, overwritten. Cost O(n); with mimic joints M is factored instead.
+    /// A degree of freedom that moves no inertia gives numbers that are not finite.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    ///
+    /// Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008, table 7.1.
+    pub fn forward_dynamics_with<S: Scalar>(
+        b: &Bodies<S>,
+        ws: &mut Scratch<S>,
+        q: &[S],
+        qd: &[S],
+        tau: &[S],
+        qdd: &mut [S],
+    ) {
+        forward_dynamics_under_with(b, ws, q, qd, tau, |_| {}, qdd);
+    }
 }
 
 /// [`forward_dynamics_with`] under forces on the bodies that may depend on how they move, in the same sweeps.
@@ -93,80 +96,86 @@ pub(crate) fn forward_dynamics<'w, S: Scalar>(
     BodyAccelerations(&ws.body)
 }
 
-/// Hybrid dynamics, for any kind of number: where `imposed`, q̈ is given and τ computed; elsewhere τ is given and q̈
-/// computed, in one sweep.
-///
-/// ```text
-/// M(q) q̈ + C(q, q̇) q̇ + g(q) = τ
-/// ```
-///
-/// `q`: nq, rad (m). `qd`, `imposed`, `qdd`, `tau`: nv. Entries of `qdd` where not imposed and of `tau` where
-/// imposed are overwritten. All imposed: inverse dynamics; none: forward dynamics. Cost O(n); with mimic joints M
-/// is factored instead.
-///
-/// # Panics
-/// If a slice has the wrong length.
-///
-/// Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008, section 9.1.
-pub fn hybrid_dynamics_with<S: Scalar>(
-    b: &Bodies<S>,
-    ws: &mut Scratch<S>,
-    q: &[S],
-    qd: &[S],
-    imposed: &[bool],
-    qdd: &mut [S],
-    tau: &mut [S],
-) {
-    assert_eq!(imposed.len(), b.model.nv, "imposed");
-    let conditions = ws.take(b);
-    hybrid(ws, &conditions, q, qd, |dof| imposed[dof], |_| {}, qdd, tau);
+wide_forms! {
+    avx2,
+    /// Hybrid dynamics, for any kind of number: where `imposed`, q̈ is given and τ computed; elsewhere τ is given and q̈
+    /// computed, in one sweep.
+    ///
+    /// ```text
+    /// M(q) q̈ + C(q, q̇) q̇ + g(q) = τ
+    /// ```
+    ///
+    /// `q`: nq, rad (m). `qd`, `imposed`, `qdd`, `tau`: nv. Entries of `qdd` where not imposed and of `tau` where
+    /// imposed are overwritten. All imposed: inverse dynamics; none: forward dynamics. Cost O(n); with mimic joints M
+    /// is factored instead.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    ///
+    /// Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008, section 9.1.
+    pub fn hybrid_dynamics_with<S: Scalar>(
+        b: &Bodies<S>,
+        ws: &mut Scratch<S>,
+        q: &[S],
+        qd: &[S],
+        imposed: &[bool],
+        qdd: &mut [S],
+        tau: &mut [S],
+    ) {
+        assert_eq!(imposed.len(), b.model.nv, "imposed");
+        let conditions = ws.take(b);
+        hybrid(ws, &conditions, q, qd, |dof| imposed[dof], |_| {}, qdd, tau);
+    }
 }
 
-/// How a hybrid motion answers to the torques of its free joints, for any kind of number.
-///
-/// ```text
-/// R_ij = ∂q̈_i/∂τ_j = (M_ff⁻¹)_ij          i free, j free
-/// R_ij = ∂τ_i/∂τ_j = (M_if M_ff⁻¹)_ij     i imposed, j free
-/// R_ij = 0                                j imposed
-/// ```
-///
-/// `q`: nq, rad (m). `imposed`: nv. `response`: nv × nv by columns, overwritten. Cost O(n³) in the free degrees of
-/// freedom. None imposed: the inverse of the mass matrix.
-///
-/// # Panics
-/// If a slice has the wrong length.
-///
-/// Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008, section 9.1.
-pub fn hybrid_response_with<S: Scalar>(
-    b: &Bodies<S>,
-    ws: &mut Scratch<S>,
-    q: &[S],
-    imposed: &[bool],
-    response: &mut [S],
-) {
-    let nv = b.model.nv;
-    assert_eq!((imposed.len(), response.len()), (nv, nv * nv), "imposed, response");
-    let conditions = ws.take_composites(b);
-    let mut M = core::mem::take(&mut ws.matrix);
-    composite_bodies(ws, &conditions, q, &mut M);
-    response.copy_from_slice(&M);
-    identity_where(|dof| imposed[dof], response, nv);
-    let Scratch { support, grouped, column, .. } = &mut *ws;
-    grouped.load(support, response);
-    grouped.factor(support, column);
-    grouped.invert(support, column);
-    grouped.store(response);
-    for j in 0..nv {
-        if imposed[j] {
-            response[nv * j..nv * (j + 1)].fill(S::ZERO);
-            continue;
+wide_forms! {
+    avx2,
+    /// How a hybrid motion answers to the torques of its free joints, for any kind of number.
+    ///
+    /// ```text
+    /// R_ij = ∂q̈_i/∂τ_j = (M_ff⁻¹)_ij          i free, j free
+    /// R_ij = ∂τ_i/∂τ_j = (M_if M_ff⁻¹)_ij     i imposed, j free
+    /// R_ij = 0                                j imposed
+    /// ```
+    ///
+    /// `q`: nq, rad (m). `imposed`: nv. `response`: nv × nv by columns, overwritten. Cost O(n³) in the free degrees of
+    /// freedom. None imposed: the inverse of the mass matrix.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    ///
+    /// Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008, section 9.1.
+    pub fn hybrid_response_with<S: Scalar>(
+        b: &Bodies<S>,
+        ws: &mut Scratch<S>,
+        q: &[S],
+        imposed: &[bool],
+        response: &mut [S],
+    ) {
+        let nv = b.model.nv;
+        assert_eq!((imposed.len(), response.len()), (nv, nv * nv), "imposed, response");
+        let conditions = ws.take_composites(b);
+        let mut M = core::mem::take(&mut ws.matrix);
+        composite_bodies(ws, &conditions, q, &mut M);
+        response.copy_from_slice(&M);
+        identity_where(|dof| imposed[dof], response, nv);
+        let Scratch { support, grouped, column, .. } = &mut *ws;
+        grouped.load(support, response);
+        grouped.factor(support, column);
+        grouped.invert(support, column);
+        grouped.store(response);
+        for j in 0..nv {
+            if imposed[j] {
+                response[nv * j..nv * (j + 1)].fill(S::ZERO);
+                continue;
+            }
+            for i in (0..nv).filter(|&i| imposed[i]) {
+                let free = (0..nv).filter(|&k| !imposed[k]);
+                response[i + nv * j] = free.fold(S::ZERO, |sum, k| sum + M[i + nv * k] * response[k + nv * j]);
+            }
         }
-        for i in (0..nv).filter(|&i| imposed[i]) {
-            let free = (0..nv).filter(|&k| !imposed[k]);
-            response[i + nv * j] = free.fold(S::ZERO, |sum, k| sum + M[i + nv * k] * response[k + nv * j]);
-        }
+        ws.matrix = M;
     }
-    ws.matrix = M;
 }
 
 // Rows and columns of imposed degrees of freedom become those of the identity.

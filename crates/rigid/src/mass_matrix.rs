@@ -67,13 +67,16 @@ wide_forms! {
     }
 }
 
-/// [`mass_matrix_into`] for any kind of number, with the armature on the diagonal.
-///
-/// # Panics
-/// If a slice has the wrong length.
-pub fn mass_matrix_with<S: Scalar>(b: &Bodies<S>, ws: &mut Scratch<S>, q: &[S], M: &mut [S]) {
-    let conditions = ws.take_composites(b);
-    composite_bodies(ws, &conditions, q, M);
+wide_forms! {
+    avx2,
+    /// [`mass_matrix_into`] for any kind of number, with the armature on the diagonal.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn mass_matrix_with<S: Scalar>(b: &Bodies<S>, ws: &mut Scratch<S>, q: &[S], M: &mut [S]) {
+        let conditions = ws.take_composites(b);
+        composite_bodies(ws, &conditions, q, M);
+    }
 }
 
 /// The same once the inertias are taken.

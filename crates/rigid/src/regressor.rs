@@ -47,21 +47,24 @@ wide_forms! {
     }
 }
 
-/// [`regressor_into`] for any kind of number; the inertias and the armature of `b` are not looked at.
-///
-/// # Panics
-/// If a slice has the wrong length.
-pub fn regressor_with<S: Scalar>(
-    b: &Bodies<S>,
-    ws: &mut Scratch<S>,
-    q: &[S],
-    qd: &[S],
-    qdd: &[S],
-    Y: &mut [S],
-) {
-    ws.mechanism.check(b.model);
-    let conditions = Conditions { gravity: b.gravity, armature: &[] };
-    rows(ws, &conditions, q, qd, qdd, Y);
+wide_forms! {
+    avx2,
+    /// [`regressor_into`] for any kind of number; the inertias and the armature of `b` are not looked at.
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    pub fn regressor_with<S: Scalar>(
+        b: &Bodies<S>,
+        ws: &mut Scratch<S>,
+        q: &[S],
+        qd: &[S],
+        qdd: &[S],
+        Y: &mut [S],
+    ) {
+        ws.mechanism.check(b.model);
+        let conditions = Conditions { gravity: b.gravity, armature: &[] };
+        rows(ws, &conditions, q, qd, qdd, Y);
+    }
 }
 
 #[inline(always)]

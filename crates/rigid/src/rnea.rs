@@ -1,32 +1,35 @@
 //! Inverse dynamics: the recursive Newton–Euler algorithm.
 
-use sinew_model::{Force, Inertia, Motion, Pose, Scalar, Segment, SegmentKind, Vector3};
+use sinew_model::{Force, Inertia, Motion, Pose, Scalar, Segment, SegmentKind, Vector3, wide_forms};
 
 use crate::scratch::Conditions;
 use crate::{Bodies, MovingBodies, Scratch};
 
-/// Joint torques that produce the accelerations `qdd`, for any kind of number (recursive Newton–Euler).
-///
-/// ```text
-/// τ = M(q) q̈ + C(q, q̇) q̇ + g(q)
-/// ```
-///
-/// `q`: nq, rad (m). `qd`, `qdd`: nv. `tau`: nv, N·m (N), overwritten. Cost O(n).
-///
-/// # Panics
-/// If a slice has the wrong length.
-///
-/// Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008, table 5.1.
-pub fn inverse_dynamics_with<S: Scalar>(
-    b: &Bodies<S>,
-    ws: &mut Scratch<S>,
-    q: &[S],
-    qd: &[S],
-    qdd: &[S],
-    tau: &mut [S],
-) {
-    let conditions = ws.take(b);
-    inverse_dynamics(ws, &conditions, q, qd, qdd, |_| {}, tau);
+wide_forms! {
+    avx2,
+    /// Joint torques that produce the accelerations `qdd`, for any kind of number (recursive Newton–Euler).
+    ///
+    /// ```text
+    /// τ = M(q) q̈ + C(q, q̇) q̇ + g(q)
+    /// ```
+    ///
+    /// `q`: nq, rad (m). `qd`, `qdd`: nv. `tau`: nv, N·m (N), overwritten. Cost O(n).
+    ///
+    /// # Panics
+    /// If a slice has the wrong length.
+    ///
+    /// Source: Featherstone, *Rigid Body Dynamics Algorithms*, 2008, table 5.1.
+    pub fn inverse_dynamics_with<S: Scalar>(
+        b: &Bodies<S>,
+        ws: &mut Scratch<S>,
+        q: &[S],
+        qd: &[S],
+        qdd: &[S],
+        tau: &mut [S],
+    ) {
+        let conditions = ws.take(b);
+        inverse_dynamics(ws, &conditions, q, qd, qdd, |_| {}, tau);
+    }
 }
 
 /// The same once the inertias are taken.

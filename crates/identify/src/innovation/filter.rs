@@ -25,38 +25,62 @@ pub(super) struct Filters {
 /// What the sensors of a joint show in a sample, W sets of readings at once.
 pub(super) type Readouts<const W: usize> = [[f64; W]; SENSORS];
 
+/// Torques on a joint in a hold, and what its sensors show when it begins, W sets of both at once.
+pub(super) type Inputs<const W: usize> = (Torques<W>, Readouts<W>);
+
 /// Rows of the sensors of a joint, W of them at once.
 pub(super) type SensorRows<const W: usize> = [Vec<[f64; W]>; SENSORS];
 
+/// Inputs of a joint sample by sample.
+pub(super) fn one_by_one<const W: usize>(
+    input: impl Fn(usize, usize) -> Inputs<W>,
+) -> impl Fn(usize, usize, &mut [Inputs<W>]) {
+    move |joint, first, inputs| {
+        inputs.iter_mut().enumerate().for_each(|(step, to)| *to = input(joint, first + step));
+    }
+}
+
 impl Filters {
     /// Sums of `every` whitened innovations, each by √every, of the sensors of every joint, for W sets of inputs at
-    /// once. `input(joint, k)`: torques of the hold after sample k, what the sensors show at it.
+    /// once. `fill(joint, first, inputs)` gives those of a joint in the samples from `first` on.
     pub fn rows<const W: usize>(
         &self,
-        input: impl Fn(usize, usize) -> (Torques<W>, Readouts<W>),
+        fill: impl FnMut(usize, usize, &mut [Inputs<W>]),
     ) -> Vec<SensorRows<W>> {
         #[cfg(target_arch = "x86_64")]
-        if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
+        if W > 4 && is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
             // SAFETY: the machine has the instructions that the function is compiled for.
-            return unsafe { self.run_avx2(input) };
+            return unsafe { self.run_avx512(fill) };
+        } else if is_x86_feature_detected!("avx2") {
+            // SAFETY: the machine has the instructions that the function is compiled for.
+            return unsafe { self.run_avx2(fill) };
         }
-        self.run(input)
+        self.run(fill)
     }
 
     #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,fma")]
+    #[target_feature(enable = "avx512f,avx512dq")]
+    fn run_avx512<const W: usize>(
+        &self,
+        fill: impl FnMut(usize, usize, &mut [Inputs<W>]),
+    ) -> Vec<SensorRows<W>> {
+        self.run(fill)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
     fn run_avx2<const W: usize>(
         &self,
-        input: impl Fn(usize, usize) -> (Torques<W>, Readouts<W>),
+        fill: impl FnMut(usize, usize, &mut [Inputs<W>]),
     ) -> Vec<SensorRows<W>> {
-        self.run(input)
+        self.run(fill)
     }
 
     // Inlined into its callers, so that each compiles it for its own instructions.
     #[inline(always)]
     fn run<const W: usize>(
         &self,
-        input: impl Fn(usize, usize) -> (Torques<W>, Readouts<W>),
+        mut fill: impl FnMut(usize, usize, &mut [Inputs<W>]),
     ) -> Vec<SensorRows<W>> {
         let n = self.system.joints.len();
         let count = self.system.len() / self.every;
@@ -64,24 +88,25 @@ impl Filters {
         let mut sums = vec![[[0.0; W]; SENSORS]; n];
         let mut x = vec![[[0.0; W]; 4]; n];
         let mut next = x.clone();
-        let mut torques = vec![[[0.0; W]; 2]; n];
-        let mut read = vec![[[0.0; W]; SENSORS]; n];
+        let nothing: Inputs<W> = ([[0.0; W]; 2], [[0.0; W]; SENSORS]);
+        let mut inputs = vec![vec![nothing; self.every]; n];
         let share = 1.0 / (self.every as f64).sqrt();
-        for k in 0..count * self.every {
-            for i in 0..n {
-                (torques[i], read[i]) = input(i, k);
+        for row in 0..count {
+            let first = row * self.every;
+            inputs.iter_mut().enumerate().for_each(|(joint, inputs)| fill(joint, first, inputs));
+            for step in 0..self.every {
+                let k = first + step;
+                for (group, gains) in &self.groups {
+                    let read = |joint: usize| &inputs[joint][step].1;
+                    self.correct(group.clone(), gains, k, read, &mut x, &mut sums);
+                }
+                self.system.advance(0..n, k, |joint| &inputs[joint][step].0, &x, &mut next);
+                std::mem::swap(&mut x, &mut next);
             }
-            for (group, gains) in &self.groups {
-                self.correct(group.clone(), gains, k, &read, &mut x, &mut sums);
-            }
-            self.system.advance(0..n, k, &torques, &x, &mut next);
-            std::mem::swap(&mut x, &mut next);
-            if (k + 1) % self.every == 0 {
-                for (out, sums) in out.iter_mut().zip(&mut sums) {
-                    for (out, sum) in out.iter_mut().zip(sums) {
-                        out.push(sum.map(|s| s * share));
-                        *sum = [0.0; W];
-                    }
+            for (out, sums) in out.iter_mut().zip(&mut sums) {
+                for (out, sum) in out.iter_mut().zip(sums) {
+                    out.push(sum.map(|s| s * share));
+                    *sum = [0.0; W];
                 }
             }
         }
@@ -110,13 +135,9 @@ impl Filters {
             for (gain, sensor) in gains[k * all + before..].iter().zip(own.sensors(k)) {
                 let mut e = [0.0; W];
                 take(&mut e, sensor.shown, &x);
-                for w in 0..W {
-                    sums[sensor.which][w] += gain.white * e[w];
-                }
+                add(&mut sums[sensor.which], gain.white, &e);
                 for (x, gain) in x.iter_mut().zip(&gain.column[first..first + 4]) {
-                    for w in 0..W {
-                        x[w] += gain * e[w];
-                    }
+                    add(x, *gain, &e);
                 }
             }
             x = own.advanced(k, &x, &torques(k));
@@ -132,12 +153,12 @@ impl Filters {
 
     // e = y − c x̃,  x̃ ← x̃ + K e,  sensor by sensor;  adds e/√S to the sums.
     #[inline(always)]
-    fn correct<const W: usize>(
+    fn correct<'r, const W: usize>(
         &self,
         group: Range<usize>,
         gains: &[Gain],
         k: usize,
-        read: &[Readouts<W>],
+        read: impl Fn(usize) -> &'r Readouts<W>,
         x: &mut Deviations<W>,
         sums: &mut [Readouts<W>],
     ) {
@@ -146,17 +167,14 @@ impl Filters {
         let mut gains = gains[k * sensors..(k + 1) * sensors].iter();
         let x = &mut x[group.clone()];
         for (i, joint) in joints.iter().enumerate() {
+            let (read, sums) = (read(group.start + i), &mut sums[group.start + i]);
             for sensor in joint.sensors(k) {
                 let Some(gain) = gains.next() else { return };
-                let mut e = read[group.start + i][sensor.which];
+                let mut e = read[sensor.which];
                 take(&mut e, sensor.shown, &x[i]);
-                for w in 0..W {
-                    sums[group.start + i][sensor.which][w] += gain.white * e[w];
-                }
+                add(&mut sums[sensor.which], gain.white, &e);
                 for (x, gain) in x.iter_mut().flatten().zip(&gain.column) {
-                    for w in 0..W {
-                        x[w] += gain * e[w];
-                    }
+                    add(x, *gain, &e);
                 }
             }
         }
@@ -167,12 +185,16 @@ impl Filters {
 #[inline(always)]
 fn take<const W: usize>(e: &mut [f64; W], shown: Shown, x: &[[f64; W]; 4]) {
     match shown {
-        Shown::State(state) => (0..W).for_each(|w| e[w] -= x[state][w]),
-        Shown::Sum(c) => {
-            for (c, x) in c.iter().zip(x) {
-                (0..W).for_each(|w| e[w] -= c * x[w]);
-            }
-        }
+        Shown::State(state) => add(e, -1.0, &x[state]),
+        Shown::Sum(c) => c.iter().zip(x).for_each(|(c, x)| add(e, -c, x)),
+    }
+}
+
+// a ← a + s b
+#[inline(always)]
+fn add<const W: usize>(a: &mut [f64; W], s: f64, b: &[f64; W]) {
+    for w in 0..W {
+        a[w] += s * b[w];
     }
 }
 
@@ -208,7 +230,8 @@ mod tests {
             truth.push(x[0][0][0]);
             read.push(x[0][0][0] + 1e-5 * normal());
             let mut next = x;
-            system.advance(0..1, k, &[[[normal()], [0.0]]], &x, &mut next);
+            let torques = [[normal()], [0.0]];
+            system.advance(0..1, k, |_| &torques, &x, &mut next);
             x = next;
         }
         (read, truth)
@@ -231,7 +254,7 @@ mod tests {
         let noise = [1.0];
         let gains = Kalman { system: &system, group: 0..1, noise: &noise }.gains();
         let filters = Filters { system, groups: vec![(0..1, gains)], every: 16 };
-        let rows = filters.rows(|_, k| ([[0.0], [0.0]], [[read[k]], [0.0], [0.0]]));
+        let rows = filters.rows(one_by_one(|_, k| ([[0.0], [0.0]], [[read[k]], [0.0], [0.0]])));
         let z: Vec<f64> = rows[0][0][60..].iter().map(|[z]| *z).collect();
         let mean = z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64;
         let lag = z.windows(2).map(|z| z[0] * z[1]).sum::<f64>() / z.len() as f64;
@@ -279,7 +302,7 @@ mod tests {
         // The filter with frozen gains whitens what the Kalman filter does.
         let gains = Kalman { system: &two, group: 0..1, noise: &[1.0] }.gains();
         let filters = Filters { system: two, groups: vec![(0..1, gains)], every: 1 };
-        let rows = filters.rows(|_, k| ([[0.0], [0.0]], [[read[k]], [0.0], [1e4 * read[k]]]));
+        let rows = filters.rows(one_by_one(|_, k| ([[0.0], [0.0]], [[read[k]], [0.0], [1e4 * read[k]]])));
         assert!(rows[0][2].iter().all(|[z]| z.abs() < 10.0));
     }
 

@@ -1,5 +1,6 @@
 //! Runs at their own sample rate, and the reference motion about which deviations are taken.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use sinew_data::{Quantity, Run, Signal, Smoother, Uniform, resample};
@@ -234,6 +235,22 @@ pub(super) fn in_hold<const W: usize>(len: usize, k: usize, samples: impl Fn(usi
     let (near, far) = (k / 2, if k.is_multiple_of(2) { (k / 2).saturating_sub(1) } else { k / 2 + 1 });
     let (a, b) = (samples(near.min(len - 1)), samples(far.min(len - 1)));
     std::array::from_fn(|w| 0.75 * a[w] + 0.25 * b[w])
+}
+
+/// Entries of a series at every second sample where so many holds meet.
+pub(super) fn met(holds: usize) -> usize {
+    holds.div_ceil(2)
+}
+
+/// Which of them [`in_hold`] looks at in the middles of these holds.
+pub(super) fn met_around(range: Range<usize>, holds: usize) -> Range<usize> {
+    let last = met(holds).saturating_sub(1);
+    (range.start / 2).saturating_sub(1).min(last)..(range.end / 2 + 1).min(last) + 1
+}
+
+/// Which holds of so many [`at_sample`] looks at about these samples.
+pub(super) fn holds_around(range: Range<usize>, holds: usize) -> Range<usize> {
+    range.start.saturating_sub(2).min(holds - 1)..(range.end + 1).min(holds)
 }
 
 // Weights of the cubic through four middles, in their middle.

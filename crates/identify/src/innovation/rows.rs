@@ -1,10 +1,12 @@
 //! Rows of a run: predicted and measured signals through the deviation filters of its joints.
 
+use std::ops::Range;
+
 use sinew_effect::{DIRECTIONS, Derivative, LANES};
 
-use super::filter::{Filters, SensorRows};
+use super::filter::{Filters, Inputs, SensorRows, one_by_one};
 use super::kalman::Input;
-use super::motion::{Even, Motion, at_sample, in_hold};
+use super::motion::{Even, Motion, at_sample, holds_around, in_hold, met, met_around};
 use super::system::SENSORS;
 use crate::series::{Predicted, Which};
 
@@ -23,8 +25,10 @@ pub(crate) struct Innovations {
 impl Innovations {
     /// Rows of what is predicted at the middles of the holds; channel after channel.
     pub fn rows(&self, predicted: &Predicted<f64>) -> Vec<f64> {
-        let has_links = |dof| predicted.has_links(dof);
-        let sets = self.through(has_links, |which, k| [predicted.series(which)[k]]);
+        let fetch = |which: Which, range: Range<usize>, out: &mut Vec<[f64; 1]>| {
+            out.extend(predicted.series(which)[range].iter().map(|x| [*x]));
+        };
+        let sets = self.through(|dof| predicted.has_links(dof), false, fetch);
         sets.into_iter().flatten().map(|[x]| x).collect()
     }
 
@@ -38,13 +42,13 @@ impl Innovations {
 
     fn rows_of_few(&self, sets: &[Predicted<f64>], thinned: bool) -> Vec<Vec<f64>> {
         let last = sets.len() - 1;
-        let at = |which: Which, k: usize| -> [f64; LANES] {
-            std::array::from_fn(|w| sets[w.min(last)].series(which)[k])
+        let fetch = |which: Which, range: Range<usize>, out: &mut Vec<[f64; LANES]>| {
+            let series: [&[f64]; LANES] =
+                std::array::from_fn(|w| &sets[w.min(last)].series(which)[range.clone()]);
+            out.extend((0..range.len()).map(|k| series.map(|s| s[k])));
         };
-        let between = |which: Which, k| in_hold(sets[0].series(which).len(), k, |m| at(which, m));
         let has_links = |dof| sets[0].has_links(dof);
-        let rows = if thinned { self.through(has_links, between) } else { self.through(has_links, at) };
-        turned(&rows, sets.len())
+        turned(&self.through(has_links, thinned, fetch), sets.len())
     }
 
     /// The same of derivatives, given there or at every second sample, for the first `count` directions.
@@ -54,38 +58,54 @@ impl Innovations {
         count: usize,
         thinned: bool,
     ) -> Vec<Vec<f64>> {
-        let between = |which: Which, k| {
-            let series = predicted.series(which);
-            in_hold(series.len(), k, |m| series[m].derivative)
+        let fetch = |which: Which, range: Range<usize>, out: &mut Vec<[f64; DIRECTIONS]>| {
+            out.extend(predicted.series(which)[range].iter().map(|x| x.derivative));
         };
         let has_links = |dof| predicted.has_links(dof);
-        let rows = if thinned {
-            self.through(has_links, between)
-        } else {
-            self.through(has_links, |which, k| predicted.series(which)[k].derivative)
-        };
-        turned(&rows, count.min(DIRECTIONS))
+        turned(&self.through(has_links, thinned, fetch), count.min(DIRECTIONS))
     }
 
-    // `of` takes from a series in the middle of a hold.
+    // `fetch` appends part of a series, given in the middles of the holds or at every second sample.
     fn through<const W: usize>(
         &self,
         has_links: impl Fn(usize) -> bool,
-        of: impl Fn(Which, usize) -> [f64; W],
+        thinned: bool,
+        fetch: impl Fn(Which, Range<usize>, &mut Vec<[f64; W]>),
     ) -> Vec<Vec<[f64; W]>> {
         let holds = self.filters.system.len();
         let on_link: Vec<bool> = self.joints.iter().map(|j| has_links(j.dof)).collect();
-        let input = |joint: usize, k: usize| {
-            let JointChannels { dof, torque, position, gear } = self.joints[joint];
-            let on_link = if on_link[joint] { of(Which::Link(dof), k) } else { [0.0; W] };
-            let torques = [of(Which::Channel(torque), k), on_link];
-            let told = |c: Option<usize>, late| {
-                c.map_or([0.0; W], |c| read_late(holds, k, late, |hold| of(Which::Channel(c), hold)))
-            };
-            let [of_link, of_gear] = self.late[dof];
-            (torques, [[0.0; W], told(position, of_link), told(gear, of_gear)])
+        let (mut part, mut samples) = (Vec::new(), Vec::new());
+        // The series in the middles of these holds.
+        let mut in_holds = move |which: Which, range: Range<usize>, part: &mut Vec<[f64; W]>| {
+            part.clear();
+            if !thinned {
+                return fetch(which, range, part);
+            }
+            samples.clear();
+            let reach = met_around(range.clone(), holds);
+            fetch(which, reach.clone(), &mut samples);
+            part.extend(range.map(|k| in_hold(met(holds), k, |m| samples[m - reach.start])));
         };
-        self.by_channel(self.filters.rows(input))
+        let fill = |joint: usize, first: usize, inputs: &mut [Inputs<W>]| {
+            let JointChannels { dof, torque, position, gear } = self.joints[joint];
+            let range = first..first + inputs.len();
+            in_holds(Which::Channel(torque), range.clone(), &mut part);
+            inputs.iter_mut().zip(&part).for_each(|((torques, _), x)| torques[0] = *x);
+            if on_link[joint] {
+                in_holds(Which::Link(dof), range.clone(), &mut part);
+                inputs.iter_mut().zip(&part).for_each(|((torques, _), x)| torques[1] = *x);
+            }
+            for (sensor, (channel, late)) in [position, gear].into_iter().zip(self.late[dof]).enumerate() {
+                let Some(c) = channel else { continue };
+                let shown = |k| read_at(k, late, holds - 1);
+                let reach = holds_around(shown(range.start)..shown(range.end - 1) + 1, holds);
+                in_holds(Which::Channel(c), reach.clone(), &mut part);
+                for ((_, read), k) in inputs.iter_mut().zip(range.clone()) {
+                    read[sensor + 1] = at_sample(holds, shown(k), |hold| part[hold - reach.start]);
+                }
+            }
+        };
+        self.by_channel(self.filters.rows(fill))
     }
 
     /// Rows of what was measured along a reference; `means`: what the mean torque of a hold differs from that in its
@@ -102,7 +122,7 @@ impl Innovations {
             );
             ([[torque], [0.0]], read.map(|x| [x]))
         };
-        let rows = self.by_channel(self.filters.rows(input));
+        let rows = self.by_channel(self.filters.rows(one_by_one(input)));
         rows.into_iter().flatten().map(|[x]| x).collect()
     }
 

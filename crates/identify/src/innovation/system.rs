@@ -279,40 +279,30 @@ impl System {
 
     /// `next` = Φ x̃ + g δτ + g_ℓ δτ_ℓ of some of the joints, coupled among themselves.
     #[inline(always)]
-    pub fn advance<const W: usize>(
+    pub fn advance<'t, const W: usize>(
         &self,
         joints: Range<usize>,
         k: usize,
-        torques: &[Torques<W>],
+        torques: impl Fn(usize) -> &'t Torques<W>,
         x: &Deviations<W>,
         next: &mut Deviations<W>,
     ) {
         for (i, joint) in self.joints[joints.clone()].iter().enumerate() {
-            next[i] = joint.advanced(k, &x[i], &torques[i]);
+            next[i] = joint.advanced(k, &x[i], torques(i));
         }
         let Some(coupling) = self.coupling.get(k).map(|&c| &self.couplings[c]) else { return };
-        for (i, to) in joints.clone().enumerate() {
+        let n = self.joints.len();
+        for (next, to) in next.iter_mut().zip(joints.clone()) {
             let link = self.joints[to].readings.shown;
-            let [mut position, mut velocity] = [next[i][link], next[i][link + 1]];
-            for (j, from) in joints.clone().enumerate() {
-                let entry = to * self.joints.len() + from;
-                let [to_position, to_velocity] = &coupling.blocks[entry];
-                for s in 0..4 {
-                    for w in 0..W {
-                        position[w] += to_position[s] * x[j][s][w];
-                        velocity[w] += to_velocity[s] * x[j][s][w];
-                    }
-                }
-                for (torque, [to_position, to_velocity]) in
-                    torques[j].iter().zip([coupling.motor[entry], coupling.link[entry]])
-                {
-                    for w in 0..W {
-                        position[w] += to_position * torque[w];
-                        velocity[w] += to_velocity * torque[w];
-                    }
+            let of_row = to * n + joints.start..to * n + joints.end;
+            let entries = coupling.blocks[of_row.clone()].iter();
+            let pushes = coupling.motor[of_row.clone()].iter().zip(&coupling.link[of_row]);
+            for (j, ((block, (motor, link_torque)), x)) in entries.zip(pushes).zip(x).enumerate() {
+                let torques = torques(j);
+                for r in 0..2 {
+                    add_terms(&mut next[link + r], &block[r], [motor[r], link_torque[r]], x, torques);
                 }
             }
-            (next[i][link], next[i][link + 1]) = (position, velocity);
         }
     }
 
@@ -410,6 +400,22 @@ impl Coupling {
     }
 }
 
+// sum ← sum + φ · x̃ + g · δτ.  One loop over the sets goes round all of it: separate loops do not end in full registers.
+#[inline(always)]
+fn add_terms<const W: usize>(
+    sum: &mut [f64; W],
+    phi: &State,
+    push: [f64; 2],
+    x: &[[f64; W]; 4],
+    torques: &Torques<W>,
+) {
+    for w in 0..W {
+        let of_state = phi[0] * x[0][w] + phi[1] * x[1][w] + phi[2] * x[2][w] + phi[3] * x[3][w];
+        let of_torques = push[0] * torques[0][w] + push[1] * torques[1][w];
+        sum[w] += of_state + of_torques;
+    }
+}
+
 impl Joint {
     /// Φ x̃ + g δτ + g_ℓ δτ_ℓ
     #[inline(always)]
@@ -417,20 +423,12 @@ impl Joint {
         &self,
         k: usize,
         x: &[[f64; W]; 4],
-        [motor, link]: &Torques<W>,
+        torques: &Torques<W>,
     ) -> [[f64; W]; 4] {
         let step = &self.steps[k];
         let mut next = [[0.0; W]; 4];
         for (i, next) in next.iter_mut().enumerate() {
-            let phi = &step.phi[i];
-            for w in 0..W {
-                next[w] = phi[0] * x[0][w]
-                    + phi[1] * x[1][w]
-                    + phi[2] * x[2][w]
-                    + phi[3] * x[3][w]
-                    + step.motor[i] * motor[w]
-                    + step.link[i] * link[w];
-            }
+            add_terms(next, &step.phi[i], [step.motor[i], step.link[i]], x, torques);
         }
         next
     }
@@ -488,7 +486,7 @@ mod tests {
             [[[1e-3], [0.2], [9e-4], [-0.1]], [[2e-3], [0.3], [0.0], [0.0]]],
         );
         let mut next = x;
-        system.advance(0..2, 0, &torques, &x, &mut next);
+        system.advance(0..2, 0, |j| &torques[j], &x, &mut next);
         let (mut turned, mut pushes) = ([[0.0; 8]; 8], [[0.0; 8]; 4]);
         system.step(0..2, 0, &mut turned, &mut pushes);
         for i in 0..8 {
@@ -506,10 +504,10 @@ mod tests {
         let torques = [[[0.3], [0.1]], [[-0.2], [0.05]]];
         let mut x = [[[1e-3], [0.2], [9e-4], [-0.1]], [[2e-3], [0.3], [0.0], [0.0]]];
         let mut next = x;
-        whole.advance(0..2, 0, &torques, &x, &mut next);
+        whole.advance(0..2, 0, |j| &torques[j], &x, &mut next);
         let in_one = next;
         for _ in 0..64 {
-            part.advance(0..2, 0, &torques, &x, &mut next);
+            part.advance(0..2, 0, |j| &torques[j], &x, &mut next);
             x = next;
         }
         for (a, b) in in_one.iter().zip(&x) {
