@@ -77,8 +77,6 @@ const KEPT: f64 = 0.25;
 const CHANCE: f64 = 10.0;
 // Standard deviations from zero of a strength that is there.
 const SURE: f64 = 2.0;
-// Share of what an effect changes that it must explain.
-const MET: f64 = 0.5;
 
 /// Climbs from the base until nothing passes the gates.
 pub(crate) fn explore(
@@ -103,7 +101,6 @@ pub(crate) fn explore(
         if !search.problem.form.layout().is_much(state.fitted.objective) {
             refused.extend(unlikely(&state, &next));
             refused.extend(unsure(search, &state, &next));
-            refused.extend(wide_of_the_mark(&state, &next));
         }
         if !refused.is_empty() {
             for (trial, reason) in refused {
@@ -145,19 +142,6 @@ fn unlikely(before: &State, after: &State) -> Option<(Trial, String)> {
         format!("about a motion of its own it explains {kept:.0} of the χ² of {promised:.0} that it promised")
     };
     (kept < KEPT * promised - CHANCE).then(|| (added[0].trial.clone(), reason()))
-}
-
-// At the best strengths the square of the residual falls by the square of what it changed by. An effect that only looks a
-// little like the one that is missing, or stands where the motion is not known so well, changes far more than it explains,
-// once its strength has been drawn to where it promised most.
-fn wide_of_the_mark(before: &State, after: &State) -> Vec<(Trial, String)> {
-    let added = after.accepted[before.accepted.len()..].iter();
-    let misses = |a: &&Accepted| !a.evidence.by_tension() && a.evidence.data < MET * a.evidence.change;
-    let reason = |a: &Accepted| {
-        let Evidence { data, change, .. } = &a.evidence;
-        format!("what it changes has a χ² of {change:.0}, of which it explains {data:.0}")
-    };
-    added.filter(misses).map(|a| (a.trial.clone(), reason(a))).collect()
 }
 
 // Effects of which nothing is left that their own error does not cover, once the model has settled about a motion of its

@@ -11,8 +11,6 @@ use crate::residual::Layout;
 pub(crate) struct Evidence {
     /// Fall of the squared whitened residual.
     pub data: f64,
-    /// Square of what the whitened residual changed by: the fall itself where strengths are at their best.
-    pub change: f64,
     /// Fall of the priors' misfit.
     pub tension: f64,
     /// The fall by its block-robust spread.
@@ -80,7 +78,6 @@ impl Evidence {
         }
         Self {
             data,
-            change: pair.before.iter().zip(pair.after).map(|(a, b)| (a - b) * (a - b)).sum(),
             tension,
             z: data / (2.0 * spread.sqrt() + 2.0),
             held_out: cv,

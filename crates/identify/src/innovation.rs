@@ -383,23 +383,21 @@ fn speed_noise(record: &Record, noise: &[f64]) -> Vec<f64> {
 // Measured minus predicted of a joint along a run. Of the torque what acts: what a drive delays is not in the motion yet,
 // and a smoother that took it for that would chase its own noise.
 fn inputs(run: &Even, motion: &Motion, along: &Along, joint: JointChannels) -> Vec<Input> {
-    let predicted = &along.predicted;
+    let Along { predicted, acting, .. } = along;
     let told = |c: Option<usize>, late, k| {
         c.map_or(0.0, |c| read_late(predicted[c].len(), k, late, |hold| [predicted[c][hold]])[0])
     };
-    let late = along.late[joint.dof];
-    let mut inputs: Vec<Input> = (0..predicted[joint.torque].len())
+    let (late, torque) = (along.late[joint.dof], joint.torque);
+    let (logged, steps) = (&run.torque[torque], &run.torque_steps[torque]);
+    let delivered = delivered(logged, steps, &along.drives[joint.dof], run.scales.step());
+    (0..acting[torque].len())
         .map(|k| {
-            let (torque, [motor, link, gear]) =
-                deviation_inputs(run, motion, &along.hold_means, joint, late, k);
+            let (_, [motor, link, gear]) = deviation_inputs(run, motion, &along.hold_means, joint, late, k);
             let (link, gear) = (link - told(joint.position, late[0], k), gear - told(joint.gear, late[1], k));
-            (torque - predicted[joint.torque][k], [motor, link, gear])
+            let torque = delivered[k] - along.hold_means[joint.dof][k] - acting[torque][k];
+            (torque, [motor, link, gear])
         })
-        .collect();
-    let torques: Vec<f64> = inputs.iter().map(|input| input.0).collect();
-    let acting = delivered(&torques, &along.drives[joint.dof], run.scales.step());
-    inputs.iter_mut().zip(acting).for_each(|(input, torque)| input.0 = torque);
-    inputs
+        .collect()
 }
 
 impl ResidualForm for Innovation {

@@ -97,6 +97,18 @@ impl<'c, S: Kind> Series<'c, S> {
         self.actuation.copy_from_slice(actuation);
     }
 
+    /// The torques of the motors as they act, and as their sensors would log them without lag and dead time; empty of other
+    /// channels.
+    pub fn acting(&self, dynamics: &Dynamics<S>) -> Vec<Vec<S>> {
+        let reading = dynamics.reading(Sensor::MotorTorque);
+        let of = |(raw, c): (&Vec<S>, &Channel)| {
+            let reading = reading[dynamics.plant().joints()[c.dof]];
+            let raw = raw.iter().filter(|_| c.sensor == Sensor::MotorTorque);
+            raw.map(|x| *x * reading.gain + reading.offset).collect()
+        };
+        self.raw.iter().zip(self.channels).map(of).collect()
+    }
+
     /// The channels as their sensors log them, on the grid. `dynamics` is that of the same parameters.
     pub fn logged(self, dynamics: &Dynamics<S>, step: f64) -> Predicted<S> {
         let Self { channels, raw, links, actuation, .. } = self;
@@ -153,12 +165,17 @@ fn logged<S: Kind>(
     series
 }
 
-/// What of a held logged torque acts, for a drive with lag and dead time: the inverse of what the channel of a prediction
-/// goes through.
+/// What of a held logged torque acts, for a drive with lag and dead time: the inverse of what the channel of a prediction goes
+/// through. Its noise comes late, too, but none of it goes: between two samples their mean would stand, and a dead time that
+/// is not there would make every model likelier.
 ///
-/// y_{k+1} = y_k + (1 − e^{−h/T}) (u(t − d) − y_k)
-pub(crate) fn delivered(logged: &[f64], drive: &Actuation<f64>, step: f64) -> Vec<f64> {
-    let mut torque = if drive.delay == 0.0 { logged.to_vec() } else { shifted(logged, drive.delay, step) };
+/// y_{k+1} = y_k + (1 − e^{−h/T}) (u(t − d) − y_k);   u(t − d) = u_{k−m} − f Δu_{k−m},   d/h = m + f,  m whole,  Δu smooth
+pub(crate) fn delivered(logged: &[f64], steps: &[f64], drive: &Actuation<f64>, step: f64) -> Vec<f64> {
+    let whole = (drive.delay / step).round();
+    let share = drive.delay / step - whole;
+    let last = logged.len().saturating_sub(1);
+    let at = |k: usize| k.saturating_add_signed(-(whole as isize)).min(last);
+    let mut torque: Vec<f64> = (0..logged.len()).map(|k| logged[at(k)] - share * steps[at(k)]).collect();
     if drive.lag > 0.0 {
         let share = 1.0 - (-step / drive.lag).exp();
         let mut acting = torque.first().copied().unwrap_or(0.0);
@@ -205,7 +222,7 @@ fn shifted<S: Scalar>(x: &[S], delay: S, step: f64) -> Vec<S> {
 mod tests {
     use super::*;
 
-    // u = sin 2π2t, logged by a drive with d = 3.4 ms, T = 5 ms:  what of it acts is u.
+    // u = sin 2π2t, logged by a drive with d = 3 ms, T = 5 ms:  what of it acts is u.
     #[test]
     fn what_acts_is_what_the_log_was_made_of() {
         let step = 1e-3;
@@ -213,9 +230,22 @@ mod tests {
             (0..2000).map(|k| (4.0 * std::f64::consts::PI * k as f64 * step).sin()).collect();
         let drive = Actuation { delay: 3.4e-3, lag: 5e-3, ..Actuation::default() };
         let logged = shifted(&led(torque.clone(), drive.lag, step), -drive.delay, step);
-        let acting = delivered(&logged, &drive, step);
+        let steps: Vec<f64> =
+            (0..2000).map(|k| 0.5 * (logged[(k + 1).min(1999)] - logged[k.max(1) - 1])).collect();
+        let acting = delivered(&logged, &steps, &drive, step);
         let off = |x: &[f64]| (100..1900).map(|k| (x[k] - torque[k]).abs()).fold(0.0, f64::max);
         // A hold of lag: half a step of the slope.
         assert!(off(&acting) < 0.007 && off(&logged) > 0.1, "{} {}", off(&acting), off(&logged));
+    }
+
+    // Noise is as large after a dead time as before it.
+    #[test]
+    fn a_dead_time_takes_no_noise_away() {
+        let noise: Vec<f64> = (0..1000).map(|k| if k % 2 == 0 { 1.0 } else { -1.0 }).collect();
+        for delay in [0.4e-3, 3.5e-3] {
+            let drive = Actuation { delay, ..Actuation::default() };
+            let acting = delivered(&noise, &[0.0; 1000], &drive, 1e-3);
+            assert!(acting.iter().all(|x| x.abs() == 1.0), "{delay}");
+        }
     }
 }

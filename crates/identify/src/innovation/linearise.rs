@@ -18,6 +18,8 @@ use crate::walk::Walk;
 pub(super) struct Along {
     /// Channels at the middles of the holds.
     pub predicted: Vec<Vec<f64>>,
+    /// Motor torques there as they act; empty of other channels.
+    pub acting: Vec<Vec<f64>>,
     /// Equations by degree of freedom and hold.
     pub linear: Vec<Vec<Linear>>,
     /// Where the links are; none of joints that move with their motor.
@@ -88,6 +90,7 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
             walk.step(k);
         }
     }
+    let acting = series.acting(&walk.dynamics);
     let predicted = series.logged(&walk.dynamics, record.scales.step()).channels;
     for ((means, drags), link) in hold_means.iter_mut().zip(&drags).zip(&links) {
         if let Some(link) = link {
@@ -100,7 +103,7 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
         |sensor, i: usize| (walk.dynamics.reading(sensor)[i].delay / record.scales.step()).round() as isize;
     let late =
         joints.iter().map(|&i| [Sensor::JointPosition, Sensor::JointTorque].map(|s| late(s, i))).collect();
-    Along { predicted, linear, links, hold_means, mobility, drives, late }
+    Along { predicted, acting, linear, links, hold_means, mobility, drives, late }
 }
 
 // h²/24 τ̈_m of a damper whose motor's velocity is the mean of the hold, its link's that in the middle:
