@@ -388,8 +388,8 @@ fn inputs(run: &Even, motion: &Motion, along: &Along, joint: JointChannels) -> V
         c.map_or(0.0, |c| read_late(predicted[c].len(), k, late, |hold| [predicted[c][hold]])[0])
     };
     let (late, torque) = (along.late[joint.dof], joint.torque);
-    let (logged, steps) = (&run.torque[torque], &run.torque_steps[torque]);
-    let delivered = delivered(logged, steps, &along.drives[joint.dof], run.scales.step());
+    let (logged, smooth) = (&run.torque[torque], &run.torque_smooth[torque]);
+    let delivered = delivered(logged, smooth, &along.drives[joint.dof], run.scales.step());
     (0..acting[torque].len())
         .map(|k| {
             let (_, [motor, link, gear]) = deviation_inputs(run, motion, &along.hold_means, joint, late, k);

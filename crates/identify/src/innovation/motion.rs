@@ -19,6 +19,8 @@ pub(super) struct Even {
     pub time: Vec<f64>,
     /// Motor torque held after each sample, by channel; empty for other channels.
     pub torque: Vec<Vec<f64>>,
+    /// The same, smoothed.
+    pub torque_smooth: Vec<Vec<f64>>,
     /// By how much it changes from hold to hold at each sample, smoothed.
     pub torque_steps: Vec<Vec<f64>>,
     /// Motor position as read, by degree of freedom.
@@ -77,6 +79,7 @@ impl Even {
             name: run.name.clone(),
             scales: own,
             torque: vec![Vec::new(); sensors.channels.len()],
+            torque_smooth: vec![Vec::new(); sensors.channels.len()],
             torque_steps: vec![Vec::new(); sensors.channels.len()],
             read: vec![Vec::new(); sensors.channels.len()],
             theta: vec![still.clone(); nv],
@@ -105,6 +108,7 @@ impl Even {
             match channel.sensor {
                 Sensor::MotorTorque => {
                     even.torque[c] = reach(&x);
+                    even.torque_smooth[c] = smoother.value(&x);
                     // A hold's torque is that of its middle: the rate at a sample is the mean of the holds that meet there.
                     let rate = smoother.rate(&x);
                     let step = |k: usize| 0.5 * own.period * (rate[k] + rate[k.saturating_sub(1)]);
