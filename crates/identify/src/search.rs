@@ -200,8 +200,9 @@ impl<'a> Search<'a> {
     ) -> Saturated {
         let trials = self.offered(model, &at.residual);
         let columns = all_columns(problem, model, &at.residual, &trials);
-        let flat: Vec<Vec<f64>> = columns.iter().flatten().flatten().cloned().collect();
-        let whitener = self.noise(model, &at.residual, &[&at.columns, &flat]);
+        let offered = columns.iter().flatten().map(Vec::as_slice);
+        let all: Vec<&[Vec<f64>]> = [at.columns.as_slice()].into_iter().chain(offered).collect();
+        let whitener = self.noise(model, &at.residual, &all);
         Saturated { trials, columns, whitener }
     }
 

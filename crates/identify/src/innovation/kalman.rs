@@ -56,13 +56,18 @@ impl Kalman<'_> {
         &self.system.joints[self.group.clone()]
     }
 
+    // Sensors of the group.
+    fn sensors(&self) -> usize {
+        self.joints().iter().map(Joint::sensor_count).sum()
+    }
+
     /// The gains of every sensor in every sample, joint by joint.
     pub fn gains(&self) -> Vec<Gain> {
         by_size!(self, gains_of())
     }
 
     fn gains_of<const D: usize>(&self) -> Vec<Gain> {
-        let mut gains = Vec::new();
+        let mut gains = Vec::with_capacity(self.system.len() * self.sensors());
         self.follow::<D>(|gain| gains.push(gain), |_, _, _| {});
         gains
     }
@@ -137,7 +142,8 @@ impl Kalman<'_> {
         let n = self.system.len();
         // After the sensors of each sample: x, P, and what every sensor read.
         let mut seen: Vec<([f64; D], Matrix<D>)> = Vec::with_capacity(n);
-        let mut read: Vec<Read> = Vec::new();
+        let sensors = self.sensors();
+        let mut read: Vec<Read> = Vec::with_capacity(n * sensors);
         let (mut p, mut x) = (self.start::<D>(), [0.0; D]);
         for k in 0..n {
             self.correct(k, &mut p, &mut x, input, |one| read.push(one));
@@ -146,7 +152,6 @@ impl Kalman<'_> {
             p = step.forward(&p);
             x = self.predict(&step, k, &x, input);
         }
-        let sensors = read.len() / n.max(1);
         let mut lambda = [0.0; D];
         for k in (0..n).rev() {
             let (x, p) = &mut seen[k];
