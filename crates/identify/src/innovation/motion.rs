@@ -274,3 +274,28 @@ pub(super) fn at_sample<const W: usize>(len: usize, k: usize, holds: impl Fn(usi
     }
     sum
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_fetched_around_some_holds_is_all_that_is_looked_at() {
+        for holds in 2..20 {
+            let parts = (0..holds).flat_map(|from| (from + 1..=holds).map(move |to| from..to));
+            for range in parts {
+                let (of_met, of_holds) =
+                    (met_around(range.clone(), holds), holds_around(range.clone(), holds));
+                assert!(of_met.end <= met(holds) && of_holds.end <= holds, "{range:?} of {holds}");
+                for k in range {
+                    let seen = |around: &Range<usize>, x: usize| {
+                        assert!(around.contains(&x), "{x} in {k} of {holds}");
+                        [0.0]
+                    };
+                    in_hold(met(holds), k, |m| seen(&of_met, m));
+                    at_sample(holds, k, |hold| seen(&of_holds, hold));
+                }
+            }
+        }
+    }
+}
