@@ -33,7 +33,7 @@ use kalman::{GROUP, Input, Kalman};
 use linearise::{Along, INERTIA_EVERY, along};
 use motion::{Even, Motion};
 pub(crate) use rows::Innovations;
-use rows::{JointChannels, deviation_inputs, read_late};
+use rows::{JointChannels, deviation_readings, read_late};
 use system::{Linear, MOST_JOINTS, Readings, System};
 
 /// What the rows of an innovation residual are formed about: reference motions with their frozen filters.
@@ -392,7 +392,7 @@ fn inputs(run: &Even, motion: &Motion, along: &Along, joint: JointChannels) -> V
     let delivered = delivered(logged, smooth, &along.drives[joint.dof], run.scales.step());
     (0..acting[torque].len())
         .map(|k| {
-            let (_, [motor, link, gear]) = deviation_inputs(run, motion, &along.hold_means, joint, late, k);
+            let [motor, link, gear] = deviation_readings(run, motion, joint, late, k);
             let (link, gear) = (link - told(joint.position, late[0], k), gear - told(joint.gear, late[1], k));
             let torque = delivered[k] - along.hold_means[joint.dof][k] - acting[torque][k];
             (torque, [motor, link, gear])

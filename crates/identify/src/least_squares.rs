@@ -68,6 +68,14 @@ pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| (x - y).powi(2)).sum()
 }
 
+/// a ← a + s b, inlined into its callers, so that each compiles it for its own instructions.
+#[inline(always)]
+pub(crate) fn add<const N: usize>(a: &mut [f64; N], s: f64, b: &[f64; N]) {
+    for (a, b) in a.iter_mut().zip(b) {
+        *a += s * b;
+    }
+}
+
 /// Ridge regression of `y` on unit-norm columns.
 pub(crate) struct Ridge {
     gram: Mat<f64>,

@@ -102,9 +102,11 @@ impl<'c, S: Kind> Series<'c, S> {
     pub fn acting(&self, dynamics: &Dynamics<S>) -> Vec<Vec<S>> {
         let reading = dynamics.reading(Sensor::MotorTorque);
         let of = |(raw, c): (&Vec<S>, &Channel)| {
+            if c.sensor != Sensor::MotorTorque {
+                return Vec::new();
+            }
             let reading = reading[dynamics.plant().joints()[c.dof]];
-            let raw = raw.iter().filter(|_| c.sensor == Sensor::MotorTorque);
-            raw.map(|x| *x * reading.gain + reading.offset).collect()
+            raw.iter().map(|x| *x * reading.gain + reading.offset).collect()
         };
         self.raw.iter().zip(self.channels).map(of).collect()
     }

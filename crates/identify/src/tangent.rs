@@ -18,6 +18,7 @@ use sinew_model::Scalar;
 use sinew_plant::{Dynamics, ImposedAt, ImposedOut, LinkState, Plant};
 
 use crate::freedom::Freedom;
+use crate::least_squares::add;
 use crate::record::{Channel, Record};
 use crate::series::Series;
 use crate::walk::{Walk, mean, relaxed};
@@ -363,14 +364,6 @@ fn copy(from: &LinkState<f64>, to: &mut LinkState<f64>) {
 fn copy_motion(from: &ImposedOut<f64>, to: &mut ImposedOut<f64>) {
     to.qdd.copy_from_slice(&from.qdd);
     to.tau_j.copy_from_slice(&from.tau_j);
-}
-
-// a ← a + s b
-#[inline(always)]
-fn add(a: &mut Row, s: f64, b: &Row) {
-    for (a, b) in a.iter_mut().zip(b) {
-        *a += s * b;
-    }
 }
 
 // 1 − h A of a step in which friction near rest is stiffer than Runge–Kutta bears; none elsewhere.

@@ -10,7 +10,8 @@
 use std::ops::Range;
 
 use super::kalman::Gain;
-use super::system::{Deviations, Joint, SENSORS, Shown, System, Torques};
+use super::system::{Deviations, SENSORS, Shown, System, Torques};
+use crate::least_squares::add;
 
 /// The frozen filters of all joints of a run.
 #[derive(Debug, Clone)]
@@ -48,22 +49,10 @@ impl Filters {
         fill: impl FnMut(usize, usize, &mut [Inputs<W>]),
     ) -> Vec<SensorRows<W>> {
         #[cfg(target_arch = "x86_64")]
-        if W > 4 && is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
-            // SAFETY: the machine has the instructions that the function is compiled for.
-            return unsafe { self.run_avx512(fill) };
-        } else if is_x86_feature_detected!("avx2") {
+        if is_x86_feature_detected!("avx2") {
             // SAFETY: the machine has the instructions that the function is compiled for.
             return unsafe { self.run_avx2(fill) };
         }
-        self.run(fill)
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx512f,avx512dq")]
-    fn run_avx512<const W: usize>(
-        &self,
-        fill: impl FnMut(usize, usize, &mut [Inputs<W>]),
-    ) -> Vec<SensorRows<W>> {
         self.run(fill)
     }
 
@@ -103,12 +92,7 @@ impl Filters {
                 self.system.advance(0..n, k, |joint| &inputs[joint][step].0, &x, &mut next);
                 std::mem::swap(&mut x, &mut next);
             }
-            for (out, sums) in out.iter_mut().zip(&mut sums) {
-                for (out, sum) in out.iter_mut().zip(sums) {
-                    out.push(sum.map(|s| s * share));
-                    *sum = [0.0; W];
-                }
-            }
+            out.iter_mut().zip(&mut sums).for_each(|(out, sums)| end_row(out, sums, share));
         }
         out
     }
@@ -124,10 +108,9 @@ impl Filters {
         let Some((group, gains)) = self.groups.iter().find(|(group, _)| group.contains(&joint)) else {
             return out;
         };
-        let sensors = |joints: &[Joint]| joints.iter().map(Joint::sensor_count).sum::<usize>();
-        let joints = &self.system.joints;
-        let (all, before) = (sensors(&joints[group.clone()]), sensors(&joints[group.start..joint]));
-        let (own, first) = (&joints[joint], 4 * (joint - group.start));
+        let system = &self.system;
+        let (all, before) = (system.sensor_count(group.clone()), system.sensor_count(group.start..joint));
+        let (own, first) = (&system.joints[joint], 4 * (joint - group.start));
         let mut x = [[0.0; W]; 4];
         let mut sums = [[0.0; W]; SENSORS];
         let share = 1.0 / (self.every as f64).sqrt();
@@ -142,10 +125,7 @@ impl Filters {
             }
             x = own.advanced(k, &x, &torques(k));
             if (k + 1) % self.every == 0 {
-                for (out, sum) in out.iter_mut().zip(&mut sums) {
-                    out.push(sum.map(|s| s * share));
-                    *sum = [0.0; W];
-                }
+                end_row(&mut out, &mut sums, share);
             }
         }
         out
@@ -163,7 +143,7 @@ impl Filters {
         sums: &mut [Readouts<W>],
     ) {
         let joints = &self.system.joints[group.clone()];
-        let sensors: usize = joints.iter().map(Joint::sensor_count).sum();
+        let sensors = self.system.sensor_count(group.clone());
         let mut gains = gains[k * sensors..(k + 1) * sensors].iter();
         let x = &mut x[group.clone()];
         for (i, joint) in joints.iter().enumerate() {
@@ -181,20 +161,21 @@ impl Filters {
     }
 }
 
+// Hands the sums of a row over, and begins the next.
+#[inline(always)]
+fn end_row<const W: usize>(out: &mut SensorRows<W>, sums: &mut Readouts<W>, share: f64) {
+    for (out, sum) in out.iter_mut().zip(sums) {
+        out.push(sum.map(|s| s * share));
+        *sum = [0.0; W];
+    }
+}
+
 // e ← e − c x̃
 #[inline(always)]
 fn take<const W: usize>(e: &mut [f64; W], shown: Shown, x: &[[f64; W]; 4]) {
     match shown {
         Shown::State(state) => add(e, -1.0, &x[state]),
         Shown::Sum(c) => c.iter().zip(x).for_each(|(c, x)| add(e, -c, x)),
-    }
-}
-
-// a ← a + s b
-#[inline(always)]
-fn add<const W: usize>(a: &mut [f64; W], s: f64, b: &[f64; W]) {
-    for w in 0..W {
-        a[w] += s * b[w];
     }
 }
 

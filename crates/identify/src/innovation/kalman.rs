@@ -8,6 +8,7 @@
 use std::ops::Range;
 
 use super::system::{Joint, SENSORS, Shown, State, System};
+use crate::least_squares::add;
 
 /// Most joints whose covariance is carried along together.
 pub(super) const GROUP: usize = 3;
@@ -56,18 +57,13 @@ impl Kalman<'_> {
         &self.system.joints[self.group.clone()]
     }
 
-    // Sensors of the group.
-    fn sensors(&self) -> usize {
-        self.joints().iter().map(Joint::sensor_count).sum()
-    }
-
     /// The gains of every sensor in every sample, joint by joint.
     pub fn gains(&self) -> Vec<Gain> {
         by_size!(self, gains_of())
     }
 
     fn gains_of<const D: usize>(&self) -> Vec<Gain> {
-        let mut gains = Vec::with_capacity(self.system.len() * self.sensors());
+        let mut gains = Vec::with_capacity(self.system.len() * self.system.sensor_count(self.group.clone()));
         self.follow::<D>(|gain| gains.push(gain), |_, _, _| {});
         gains
     }
@@ -142,7 +138,7 @@ impl Kalman<'_> {
         let n = self.system.len();
         // After the sensors of each sample: x, P, and what every sensor read.
         let mut seen: Vec<([f64; D], Matrix<D>)> = Vec::with_capacity(n);
-        let sensors = self.sensors();
+        let sensors = self.system.sensor_count(self.group.clone());
         let mut read: Vec<Read> = Vec::with_capacity(n * sensors);
         let (mut p, mut x) = (self.start::<D>(), [0.0; D]);
         for k in 0..n {
@@ -302,14 +298,6 @@ impl<const D: usize> Step<D> {
             }
         }
         next
-    }
-}
-
-// a ← a + s b
-#[inline(always)]
-fn add<const D: usize>(a: &mut [f64; D], s: f64, b: &[f64; D]) {
-    for (a, b) in a.iter_mut().zip(b) {
-        *a += s * b;
     }
 }
 

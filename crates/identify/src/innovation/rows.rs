@@ -5,7 +5,6 @@ use std::ops::Range;
 use sinew_effect::{DIRECTIONS, Derivative, LANES};
 
 use super::filter::{Filters, Inputs, SensorRows, one_by_one};
-use super::kalman::Input;
 use super::motion::{Even, Motion, at_sample, holds_around, in_hold, met, met_around};
 use super::system::SENSORS;
 use crate::series::{Predicted, Which};
@@ -112,15 +111,10 @@ impl Innovations {
     /// middle.
     pub(super) fn measured(&self, even: &Even, motion: &Motion, means: &[Vec<f64>]) -> Vec<f64> {
         let input = |joint: usize, k: usize| {
-            let (torque, read) = deviation_inputs(
-                even,
-                motion,
-                means,
-                self.joints[joint],
-                self.late[self.joints[joint].dof],
-                k,
-            );
-            ([[torque], [0.0]], read.map(|x| [x]))
+            let channels = self.joints[joint];
+            let JointChannels { dof, torque, .. } = channels;
+            let read = deviation_readings(even, motion, channels, self.late[dof], k);
+            ([[even.torque[torque][k] - means[dof][k]], [0.0]], read.map(|x| [x]))
         };
         let rows = self.by_channel(self.filters.rows(one_by_one(input)));
         rows.into_iter().flatten().map(|[x]| x).collect()
@@ -196,18 +190,16 @@ pub(super) fn read_late<const W: usize>(
     at_sample(holds, read_at(k, late, holds - 1), of)
 }
 
-/// Torque in the middle of the hold, and what the sensors show, seen from the reference; the link's position with the
-/// same error of interpolation between holds that a prediction has, the torque behind the gear as it was read. What is read
-/// late is taken when it is read.
-pub(super) fn deviation_inputs(
+/// What the sensors show, seen from the reference; the link's position with the same error of interpolation between holds
+/// that a prediction has, the torque behind the gear as it was read. What is read late is taken when it is read.
+pub(super) fn deviation_readings(
     even: &Even,
     motion: &Motion,
-    means: &[Vec<f64>],
     joint: JointChannels,
     [of_link, of_gear]: [isize; 2],
     k: usize,
-) -> Input {
-    let JointChannels { dof, torque, position, gear } = joint;
+) -> [f64; SENSORS] {
+    let JointChannels { dof, position, gear, .. } = joint;
     let theta = motion.theta[dof][k];
     let read = |c: usize, late| even.read[c][read_at(k, late, even.read[c].len() - 2)];
     let link = position.map_or(0.0, |c| {
@@ -216,5 +208,5 @@ pub(super) fn deviation_inputs(
         read(c, of_link) + between - theta
     });
     let gear = gear.map_or(0.0, |c| read(c, of_gear));
-    (even.torque[torque][k] - means[dof][k], [even.theta[dof][k] - theta, link, gear])
+    [even.theta[dof][k] - theta, link, gear]
 }

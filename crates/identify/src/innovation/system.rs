@@ -264,6 +264,11 @@ impl System {
         Self { joints, couplings, coupling, led }
     }
 
+    /// Sensors of some of the joints.
+    pub fn sensor_count(&self, joints: Range<usize>) -> usize {
+        self.joints[joints].iter().map(Joint::sensor_count).sum()
+    }
+
     /// Samples of the run.
     pub fn len(&self) -> usize {
         self.joints.iter().map(|j| j.steps.len()).min().unwrap_or(0)
@@ -443,8 +448,8 @@ impl Joint {
         [motor].into_iter().chain(link).chain(gear)
     }
 
-    /// How many it has.
-    pub fn sensor_count(&self) -> usize {
+    // How many it has.
+    fn sensor_count(&self) -> usize {
         1 + usize::from(self.readings.link.is_some()) + usize::from(self.readings.gear.is_some())
     }
 }
