@@ -11,7 +11,7 @@ use crate::innovation::Innovation;
 use crate::options::Residual;
 use crate::problem::Problem;
 use crate::report::Finding;
-use crate::residual::ResidualForm;
+use crate::residual::{ResidualForm, Start};
 use crate::search::Search;
 use crate::spread::std;
 use crate::{IdentifyError, Options};
@@ -91,7 +91,7 @@ fn chosen(
         });
     };
     let plant = Plant::with_effects(robot, &prepared.base_specs(robot, catalogue), catalogue)?;
-    form.renew(&plant, &plant.parameters());
+    form.renew(&plant, &plant.parameters(), Start::Kernel);
     // On six joints it takes the search over three times as long; its help there is not measured.
     let few = prepared.sensors.moving() <= FEW_JOINTS;
     Ok((Some(if few { form.sure() } else { form }), why))

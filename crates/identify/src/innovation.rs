@@ -25,7 +25,7 @@ use sinew_plant::Plant;
 
 use crate::freedom::{Links, Springs};
 use crate::record::{Channel, Record, Reduction, Sensors};
-use crate::residual::{Grid, Layout, ResidualForm, Rows, TRANSIENT};
+use crate::residual::{Grid, Layout, ResidualForm, Rows, Start, TRANSIENT};
 use crate::scale::Scales;
 use crate::series::delivered;
 use filter::Filters;
@@ -47,6 +47,8 @@ pub(crate) struct Reference {
     pub torque_noise: Vec<f64>,
     /// −2 log likelihood of what was measured, by the model that the reference was taken from.
     pub misfit: f64,
+    // What the next reference begins with.
+    motions: Vec<Motion>,
 }
 
 /// The innovation residual of some runs.
@@ -163,16 +165,22 @@ impl Innovation {
         joints().flat_map(|i| joints().map(move |j| matrix[i * nv + j])).collect()
     }
 
-    // A motion that is too rough turns friction about at the wrong time, one that is too smooth turns it late: from the
-    // kernel's motion, model and noise are led to agree with each other.
-    fn renewed(&self, plant: &Plant, p: &[f64]) -> Reference {
+    // A motion that is too rough turns friction about at the wrong time, one that is too smooth turns it late: model and noise
+    // are led to agree with each other.
+    fn renewed(&self, plant: &Plant, p: &[f64], from: Start) -> Reference {
         let about = |motions| Pass::new(self, motions, plant, p);
-        let mut pass = about(self.smooth.clone());
-        let mut noise: Option<Vec<f64>> = None;
+        let (motions, mut noise) = match from {
+            Start::Kernel => (self.smooth.clone(), None),
+            Start::Reference => {
+                let present = self.present();
+                (present.motions.clone(), Some(present.torque_noise.clone()))
+            }
+        };
+        let mut pass = about(motions);
         for round in 0..ROUNDS {
             let found = pass.torque_noise(noise.as_deref());
             let smoothed = pass.smoothed(&found);
-            let next = if round == 0 { pass.held(smoothed) } else { smoothed };
+            let next = if from == Start::Kernel && round == 0 { pass.held(smoothed) } else { smoothed };
             let better = pass.bettered(next, &found, about);
             let alike = |(a, b): (&f64, &f64)| (a / b).ln().abs() < SETTLED_NOISE;
             let settled = noise.as_ref().is_some_and(|n| n.iter().zip(&found).all(alike));
@@ -185,8 +193,9 @@ impl Innovation {
         }
         let noise = noise.unwrap_or_default();
         let misfit = pass.misfits(&noise).iter().sum();
+        let motions = pass.motions.clone();
         let (records, smooth, measured) = pass.frozen(&noise);
-        Reference { records, smooth, measured, torque_noise: noise, misfit }
+        Reference { records, smooth, measured, torque_noise: noise, misfit, motions }
     }
 }
 
@@ -388,8 +397,12 @@ fn inputs(run: &Even, motion: &Motion, along: &Along, joint: JointChannels) -> V
         c.map_or(0.0, |c| read_late(predicted[c].len(), k, late, |hold| [predicted[c][hold]])[0])
     };
     let (late, torque) = (along.late[joint.dof], joint.torque);
-    let (logged, smooth) = (&run.torque[torque], &run.torque_smooth[torque]);
-    let delivered = delivered(logged, smooth, &along.drives[joint.dof], run.scales.step());
+    let drive = &along.drives[joint.dof];
+    let delivered = if drive.lag == 0.0 && drive.delay == 0.0 {
+        run.torque[torque].clone()
+    } else {
+        delivered(&run.torque[torque], &run.smoothed(&acting[torque]), drive, run.scales.step())
+    };
     (0..acting[torque].len())
         .map(|k| {
             let [motor, link, gear] = deviation_readings(run, motion, joint, late, k);
@@ -426,8 +439,8 @@ impl ResidualForm for Innovation {
     fn is_white(&self) -> bool {
         true
     }
-    fn renew(&self, plant: &Plant, p: &[f64]) {
-        let renewed = Arc::new(self.renewed(plant, p));
+    fn renew(&self, plant: &Plant, p: &[f64], from: Start) {
+        let renewed = Arc::new(self.renewed(plant, p, from));
         self.adopt(&renewed);
     }
     fn reference(&self) -> Option<Arc<Reference>> {

@@ -33,13 +33,23 @@ pub(crate) trait ResidualForm: Sync {
     }
     /// Takes the motion about which the rows are formed anew from this model; rows from before do not belong to rows
     /// from after.
-    fn renew(&self, _plant: &Plant, _p: &[f64]) {}
+    fn renew(&self, _plant: &Plant, _p: &[f64], _from: Start) {}
     /// What the rows are formed about, to come back to it.
     fn reference(&self) -> Option<Arc<Reference>> {
         None
     }
     /// Comes back to a reference.
     fn adopt(&self, _reference: &Arc<Reference>) {}
+}
+
+/// The motion that a new reference is led from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Start {
+    /// That of the smoothing kernel. A motion that another model has made rough, and the noise that it was found to have,
+    /// would confirm each other.
+    Kernel,
+    /// The present reference: for a model whose parameters have changed a little.
+    Reference,
 }
 
 /// The instants of a run at which a model is evaluated.

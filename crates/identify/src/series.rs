@@ -168,22 +168,15 @@ fn logged<S: Kind>(
 }
 
 /// What of a held logged torque acts in each hold, for a drive with lag and dead time: the inverse of what the channel of a
-/// prediction goes through. Only the `smooth` torque comes late, the noise stays as it is: whatever averages it would make
-/// every model likelier, and whatever colours it less likely.
+/// prediction goes through; `acting`: what the model says that acts, smooth. The log comes late by whole samples, so that
+/// its noise is neither averaged nor coloured, which would make every such drive likelier; of the rest the model tells.
 ///
-/// u + (y − ũ),   ỹ_{k+1} = ỹ_k + (1 − e^{−h/T}) (ũ(t_k − d) − ỹ_k),   y its mean over the hold,   ũ the smooth torque
-pub(crate) fn delivered(logged: &[f64], smooth: &[f64], drive: &Actuation<f64>, step: f64) -> Vec<f64> {
-    let mut late = if drive.delay == 0.0 { smooth.to_vec() } else { shifted(smooth, drive.delay, step) };
-    if drive.lag > 0.0 {
-        let share = 1.0 - (-step / drive.lag).exp();
-        let mut acting = late.first().copied().unwrap_or(0.0);
-        for x in &mut late {
-            let off = *x - acting;
-            *x -= off * share * drive.lag / step;
-            acting += share * off;
-        }
-    }
-    logged.iter().zip(late).zip(smooth).map(|((u, y), smooth)| u + (y - smooth)).collect()
+/// u(t_k − m h) − (û − y),   û(t_k) = y(t_k + d − m h) + T ẏ(t_k + d − m h),   m the whole samples nearest to d + T,   y what acts
+pub(crate) fn delivered(logged: &[f64], acting: &[f64], drive: &Actuation<f64>, step: f64) -> Vec<f64> {
+    let whole = ((drive.delay + drive.lag) / step).round();
+    let ahead = shifted(&led(acting.to_vec(), drive.lag, step), whole * step - drive.delay, step);
+    let late = |k: usize| logged[k.saturating_sub(whole as usize)];
+    ahead.iter().zip(acting).enumerate().map(|(k, (ahead, y))| late(k) - (ahead - y)).collect()
 }
 
 // x + T ẋ by central differences
@@ -229,16 +222,17 @@ mod tests {
             (0..2000).map(|k| (4.0 * std::f64::consts::PI * k as f64 * step).sin()).collect();
         let drive = Actuation { delay: 3.4e-3, lag: 5e-3, ..Actuation::default() };
         let logged = shifted(&led(torque.clone(), drive.lag, step), -drive.delay, step);
-        let acting = delivered(&logged, &logged, &drive, step);
+        let acting = delivered(&logged, &torque, &drive, step);
         let off = |x: &[f64]| (100..1900).map(|k| (x[k] - torque[k]).abs()).fold(0.0, f64::max);
         assert!(off(&acting) < 2e-4 && off(&logged) > 0.1, "{} {}", off(&acting), off(&logged));
     }
 
-    // Noise that no smooth torque has is as large after lag and dead time as before, and as white.
+    // Noise is as large after lag and dead time as before, and as white.
     #[test]
     fn a_drive_takes_no_noise_away() {
         let noise: Vec<f64> = (0..1000).map(|k| if k % 2 == 0 { 1.0 } else { -1.0 }).collect();
         let drive = Actuation { delay: 3.5e-3, lag: 2e-3, ..Actuation::default() };
-        assert_eq!(delivered(&noise, &[0.0; 1000], &drive, 1e-3), noise);
+        let late = delivered(&noise, &[0.0; 1000], &drive, 1e-3);
+        assert!(late.iter().all(|x| x.abs() == 1.0) && late[6..] == noise[..994]);
     }
 }

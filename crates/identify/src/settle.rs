@@ -5,11 +5,14 @@ use crate::colour::Whitener;
 use crate::least_squares::distance;
 use crate::problem::{Candidate, Linearised, objective, refine};
 use crate::refit::Fitted;
+use crate::residual::Start;
 use crate::search::{Accepted, Saturated, Search, State};
 
-// Most references taken before a model is settled about one, and the squared length of what they may differ by.
-const RENEWALS: usize = 3;
+// What each reference of a model is led from, the squared length of what they may differ by, and what −2 log likelihood
+// falls by from one to the next that does not hold yet.
+const RENEWALS: [Start; 3] = [Start::Kernel, Start::Reference, Start::Reference];
 const HOLDS: f64 = 10.0;
+const FALLS: f64 = 10.0;
 // The share of the objective by which they may differ besides where derivatives are taken about the reference.
 const HOLDS_SHARE: f64 = 0.01;
 // Most times that a model is led halfway back to what is stated.
@@ -92,9 +95,10 @@ impl Search<'_> {
     fn renewed(&self, model: &mut Candidate) -> Option<(Linearised, f64)> {
         let form = self.problem.form;
         form.reference()?;
+        let mut misfit = f64::INFINITY;
         let mut found = None;
-        for _ in 0..RENEWALS {
-            let at = self.about_new_reference(model);
+        for from in RENEWALS {
+            let at = self.about_new_reference(model, from);
             let whitener = self.noise(model, &at.residual, &[&at.columns]);
             let worth = |model: &Candidate, at: &Linearised| {
                 objective(&whitener.apply(form.layout(), &at.residual), model)
@@ -102,7 +106,9 @@ impl Search<'_> {
             let before = worth(model, &at);
             let at = refine(self.problem, model, &whitener, at, 6);
             let value = worth(model, &at);
-            let holds = before < MOVED * value && self.off(model, &at, &whitener) < HOLDS;
+            let before_that = std::mem::replace(&mut misfit, form.reference()?.misfit);
+            let falls = misfit < before_that - FALLS;
+            let holds = !falls && before < MOVED * value && self.off(model, &at, &whitener) < HOLDS;
             found = Some((at, value));
             if holds {
                 break;
@@ -113,18 +119,18 @@ impl Search<'_> {
 
     // The linearisation about a reference that the model gives. A model that was bent too far to be followed on the grid of
     // the derivatives is led back towards what is stated.
-    fn about_new_reference(&self, model: &mut Candidate) -> Linearised {
-        let linearised = |model: &Candidate| {
-            self.problem.form.renew(&model.plant, &model.p);
+    fn about_new_reference(&self, model: &mut Candidate, from: Start) -> Linearised {
+        let linearised = |model: &Candidate, from: Start| {
+            self.problem.form.renew(&model.plant, &model.p, from);
             model.linearise(self.problem)
         };
-        let mut at = linearised(model);
+        let mut at = linearised(model, from);
         for _ in 0..RETREATS {
             if at.is_finite() {
                 break;
             }
             model.straighten_halfway();
-            at = linearised(model);
+            at = linearised(model, Start::Kernel);
         }
         at
     }

@@ -19,8 +19,6 @@ pub(super) struct Even {
     pub time: Vec<f64>,
     /// Motor torque held after each sample, by channel; empty for other channels.
     pub torque: Vec<Vec<f64>>,
-    /// The same, smoothed.
-    pub torque_smooth: Vec<Vec<f64>>,
     /// By how much it changes from hold to hold at each sample, smoothed.
     pub torque_steps: Vec<Vec<f64>>,
     /// Motor position as read, by degree of freedom.
@@ -65,6 +63,14 @@ impl Motion {
 const ROW: f64 = 0.016;
 
 impl Even {
+    /// A series of the run, smoothed like its motion; at its ends as if it stood still beyond them.
+    pub fn smoothed(&self, x: &[f64]) -> Vec<f64> {
+        let width = self.scales.smooth;
+        let ends = |x: Option<&f64>| vec![x.copied().unwrap_or(0.0); width];
+        let padded = [ends(x.first()), x.to_vec(), ends(x.last())].concat();
+        Smoother::new(width, self.scales.period).value(&padded)
+    }
+
     /// The run, and its motion smoothed by a kernel: the reference to begin with.
     pub fn new(robot: &Robot, run: &Run, sensors: &Sensors, scales: Scales) -> (Self, Motion) {
         let nv = robot.model.nv;
@@ -79,7 +85,6 @@ impl Even {
             name: run.name.clone(),
             scales: own,
             torque: vec![Vec::new(); sensors.channels.len()],
-            torque_smooth: vec![Vec::new(); sensors.channels.len()],
             torque_steps: vec![Vec::new(); sensors.channels.len()],
             read: vec![Vec::new(); sensors.channels.len()],
             theta: vec![still.clone(); nv],
@@ -108,7 +113,6 @@ impl Even {
             match channel.sensor {
                 Sensor::MotorTorque => {
                     even.torque[c] = reach(&x);
-                    even.torque_smooth[c] = smoother.value(&x);
                     // A hold's torque is that of its middle: the rate at a sample is the mean of the holds that meet there.
                     let rate = smoother.rate(&x);
                     let step = |k: usize| 0.5 * own.period * (rate[k] + rate[k.saturating_sub(1)]);
