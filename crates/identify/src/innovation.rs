@@ -47,6 +47,8 @@ pub(crate) struct Reference {
     pub torque_noise: Vec<f64>,
     /// −2 log likelihood of what was measured, by the model that the reference was taken from.
     pub misfit: f64,
+    /// By how much logged torques act before the middles of their holds, s.
+    pub early: f64,
     // What the next reference begins with.
     motions: Vec<Motion>,
 }
@@ -104,7 +106,7 @@ impl Innovation {
         let (runs, motions): (Vec<Even>, Vec<Motion>) =
             runs.iter().map(|run| Even::new(robot, run, sensors, scales)).unzip();
         let records: Vec<Record> =
-            runs.iter().zip(&motions).map(|(run, motion)| run.record(motion)).collect();
+            runs.iter().zip(&motions).map(|(run, motion)| run.record(motion, 0.0)).collect();
         let layout = Layout::of(&records, &channels, TRANSIENT, |_, _| 0.0);
         let reference = Reference { records, ..Reference::default() };
         let reference = RwLock::new(Arc::new(reference));
@@ -168,13 +170,12 @@ impl Innovation {
     // A motion that is too rough turns friction about at the wrong time, one that is too smooth turns it late: model and noise
     // are led to agree with each other.
     fn renewed(&self, plant: &Plant, p: &[f64], from: Start) -> Reference {
-        let about = |motions| Pass::new(self, motions, plant, p);
+        let present = self.present();
+        let early = present.early;
+        let about = |motions| Pass::new(self, motions, early, plant, p);
         let (motions, mut noise) = match from {
             Start::Kernel => (self.smooth.clone(), None),
-            Start::Reference => {
-                let present = self.present();
-                (present.motions.clone(), Some(present.torque_noise.clone()))
-            }
+            Start::Reference => (present.motions.clone(), Some(present.torque_noise.clone())),
         };
         let mut pass = about(motions);
         for round in 0..ROUNDS {
@@ -195,7 +196,7 @@ impl Innovation {
         let misfit = pass.misfits(&noise).iter().sum();
         let motions = pass.motions.clone();
         let (records, smooth, measured) = pass.frozen(&noise);
-        Reference { records, smooth, measured, torque_noise: noise, misfit, motions }
+        Reference { records, smooth, measured, torque_noise: noise, misfit, early, motions }
     }
 }
 
@@ -224,17 +225,18 @@ struct Pass<'a> {
 }
 
 impl<'a> Pass<'a> {
-    fn new(form: &'a Innovation, motions: Vec<Motion>, plant: &Plant, p: &[f64]) -> Self {
+    // Logged torques act so much before the middles of their holds.
+    fn new(form: &'a Innovation, motions: Vec<Motion>, early: f64, plant: &Plant, p: &[f64]) -> Self {
         let parts: Vec<(Record, Along, System, Vec<Vec<Input>>)> = form
             .runs
             .par_iter()
             .zip(&motions)
             .map(|(run, motion)| {
-                let record = run.record(motion);
+                let record = run.record(motion, early);
                 let along = along(plant, p, &record, &form.channels);
                 let system = form.system(run, &along);
                 let inputs =
-                    form.joints.par_iter().map(|joint| inputs(run, motion, &along, *joint)).collect();
+                    form.joints.par_iter().map(|joint| inputs(run, motion, early, &along, *joint)).collect();
                 (record, along, system, inputs)
             })
             .collect();
@@ -369,7 +371,7 @@ impl<'a> Pass<'a> {
                 let filters = Innovations { filters, joints: form.joints.clone(), channels, late };
                 let measured = filters.measured(even, motion, &means);
                 let filters = Arc::new(filters);
-                let smooth = even.thinned(motion, &links, &filters);
+                let smooth = even.thinned(motion, &links, &filters, record.scales.early);
                 record.links = Some(Arc::new(links));
                 record.reduction = Reduction::Innovations(filters);
                 ((record, smooth), measured)
@@ -391,17 +393,17 @@ fn speed_noise(record: &Record, noise: &[f64]) -> Vec<f64> {
 
 // Measured minus predicted of a joint along a run. Of the torque what acts: what a drive delays is not in the motion yet,
 // and a smoother that took it for that would chase its own noise.
-fn inputs(run: &Even, motion: &Motion, along: &Along, joint: JointChannels) -> Vec<Input> {
+fn inputs(run: &Even, motion: &Motion, early: f64, along: &Along, joint: JointChannels) -> Vec<Input> {
     let Along { predicted, acting, .. } = along;
     let told = |c: Option<usize>, late, k| {
         c.map_or(0.0, |c| read_late(predicted[c].len(), k, late, |hold| [predicted[c][hold]])[0])
     };
     let (late, torque) = (along.late[joint.dof], joint.torque);
     let drive = &along.drives[joint.dof];
-    let delivered = if drive.lag == 0.0 && drive.delay == 0.0 {
+    let delivered = if drive.lag == 0.0 && drive.delay == 0.0 && early == 0.0 {
         run.torque[torque].clone()
     } else {
-        delivered(&run.torque[torque], &run.smoothed(&acting[torque]), drive, run.scales.step())
+        delivered(&run.torque[torque], &run.smoothed(&acting[torque]), drive, early, run.scales.step())
     };
     (0..acting[torque].len())
         .map(|k| {
@@ -445,6 +447,9 @@ impl ResidualForm for Innovation {
     }
     fn reference(&self) -> Option<Arc<Reference>> {
         Some(self.present())
+    }
+    fn begin_anew(&self, early: f64) {
+        self.adopt(&Arc::new(Reference { early, ..Reference::default() }));
     }
     fn adopt(&self, reference: &Arc<Reference>) {
         *self.reference.write().unwrap_or_else(PoisonError::into_inner) = Arc::clone(reference);

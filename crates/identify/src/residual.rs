@@ -38,6 +38,8 @@ pub(crate) trait ResidualForm: Sync {
     fn reference(&self) -> Option<Arc<Reference>> {
         None
     }
+    /// Forgets the reference, for a new one in which logged torques act so many seconds before the middles of their holds.
+    fn begin_anew(&self, _early: f64) {}
     /// Comes back to a reference.
     fn adopt(&self, _reference: &Arc<Reference>) {}
 }

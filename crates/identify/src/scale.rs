@@ -22,6 +22,9 @@ pub(crate) struct Scales {
     pub every: usize,
     /// True if the logged torque is held until the next sample.
     pub held: bool,
+    /// By how much a logged torque acts before the middle of its hold, s: where not every command is logged it is that of a
+    /// moment.
+    pub early: f64,
 }
 
 impl Scales {
@@ -49,6 +52,7 @@ impl Scales {
             kernel: samples(kernel, step).max(2),
             every: samples(every, step),
             held: rate >= 400.0,
+            early: 0.0,
         }
     }
 

@@ -173,6 +173,7 @@ impl<'a> Search<'a> {
     pub fn base(&self, specs: Vec<EffectSpec>) -> Result<State, IdentifyError> {
         let (model, at) = self.fitted(specs, 12)?;
         let base = self.settled_anew(model, |_| at, Vec::new())?;
+        let base = self.with_torques_of_moments(base)?;
         self.with_other_springs(base)
     }
 

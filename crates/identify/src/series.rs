@@ -113,10 +113,11 @@ impl<'c, S: Kind> Series<'c, S> {
 
     /// The channels as their sensors log them, on the grid. `dynamics` is that of the same parameters.
     pub fn logged(self, dynamics: &Dynamics<S>, step: f64) -> Predicted<S> {
-        let Self { channels, raw, links, actuation, .. } = self;
+        let Self { channels, raw, links, actuation, record, .. } = self;
         let of = |(raw, c): (Vec<S>, &Channel)| {
             let dof = dynamics.plant().joints()[c.dof];
-            logged(raw, (c.sensor, dof), &actuation[dof], dynamics, step)
+            let early = if c.sensor == Sensor::MotorTorque { record.scales.early } else { 0.0 };
+            logged(raw, (c.sensor, dof), &actuation[dof], dynamics, early, step)
         };
         Predicted { channels: raw.into_iter().zip(channels).map(of).collect(), links }
     }
@@ -149,15 +150,16 @@ fn logged<S: Kind>(
     (sensor, dof): (Sensor, usize),
     drive: &Actuation<S>,
     dynamics: &Dynamics<S>,
+    early: f64,
     step: f64,
 ) -> Vec<S> {
-    // logged torque = u(t + d) + T u̇: the inverse of lag and delay, on the noise-free prediction
+    // logged torque = u(t + d − a) + T u̇: the inverse of lag and delay, on the noise-free prediction
     let (mut series, mut delay) = match sensor {
         Sensor::MotorTorque => (led(raw, drive.lag, step), -drive.delay),
         _ => (raw, S::ZERO),
     };
     let reading = dynamics.reading(sensor)[dof];
-    delay += reading.delay;
+    delay += reading.delay + early;
     if delay != S::ZERO {
         series = shifted(&series, delay, step);
     }
@@ -168,13 +170,20 @@ fn logged<S: Kind>(
 }
 
 /// What of a held logged torque acts in each hold, for a drive with lag and dead time: the inverse of what the channel of a
-/// prediction goes through; `acting`: what the model says that acts, smooth. The log comes late by whole samples, so that
+/// prediction goes through; `acting`: what the model says that acts, smooth; `early`: by how much a logged torque acts before
+/// the middle of its hold, s. The log comes late by whole samples, so that
 /// its noise is neither averaged nor coloured, which would make every such drive likelier; of the rest the model tells.
 ///
-/// u(t_k − m h) − (û − y),   û(t_k) = y(t_k + d − m h) + T ẏ(t_k + d − m h),   m the whole samples nearest to d + T,   y what acts
-pub(crate) fn delivered(logged: &[f64], acting: &[f64], drive: &Actuation<f64>, step: f64) -> Vec<f64> {
+/// u(t_k − m h) − (û − y),   û(t_k) = y(t) + T ẏ(t),   t = t_k + d − a − m h,   m the whole samples nearest to d + T,   y what acts
+pub(crate) fn delivered(
+    logged: &[f64],
+    acting: &[f64],
+    drive: &Actuation<f64>,
+    early: f64,
+    step: f64,
+) -> Vec<f64> {
     let whole = ((drive.delay + drive.lag) / step).round();
-    let ahead = shifted(&led(acting.to_vec(), drive.lag, step), whole * step - drive.delay, step);
+    let ahead = shifted(&led(acting.to_vec(), drive.lag, step), whole * step - drive.delay + early, step);
     let late = |k: usize| logged[k.saturating_sub(whole as usize)];
     ahead.iter().zip(acting).enumerate().map(|(k, (ahead, y))| late(k) - (ahead - y)).collect()
 }
@@ -222,9 +231,20 @@ mod tests {
             (0..2000).map(|k| (4.0 * std::f64::consts::PI * k as f64 * step).sin()).collect();
         let drive = Actuation { delay: 3.4e-3, lag: 5e-3, ..Actuation::default() };
         let logged = shifted(&led(torque.clone(), drive.lag, step), -drive.delay, step);
-        let acting = delivered(&logged, &torque, &drive, step);
+        let acting = delivered(&logged, &torque, &drive, 0.0, step);
         let off = |x: &[f64]| (100..1900).map(|k| (x[k] - torque[k]).abs()).fold(0.0, f64::max);
         assert!(off(&acting) < 2e-4 && off(&logged) > 0.1, "{} {}", off(&acting), off(&logged));
+    }
+
+    // The same logged 1.5 ms before the middles of the holds.
+    #[test]
+    fn a_torque_of_a_moment_acts_in_the_middle_of_its_hold() {
+        let step = 4e-3;
+        let torque = |t: f64| (4.0 * std::f64::consts::PI * t).sin();
+        let at = |shift: f64| -> Vec<f64> { (0..500).map(|k| torque(k as f64 * step + shift)).collect() };
+        let acting = delivered(&at(-1.5e-3), &at(0.0), &Actuation::default(), 1.5e-3, step);
+        let off = |x: &[f64]| (10..490).map(|k| (x[k] - at(0.0)[k]).abs()).fold(0.0, f64::max);
+        assert!(off(&acting) < 1e-6 && off(&at(-1.5e-3)) > 0.01, "{}", off(&acting));
     }
 
     // Noise is as large after lag and dead time as before, and as white.
@@ -232,7 +252,7 @@ mod tests {
     fn a_drive_takes_no_noise_away() {
         let noise: Vec<f64> = (0..1000).map(|k| if k % 2 == 0 { 1.0 } else { -1.0 }).collect();
         let drive = Actuation { delay: 3.5e-3, lag: 2e-3, ..Actuation::default() };
-        let late = delivered(&noise, &[0.0; 1000], &drive, 1e-3);
+        let late = delivered(&noise, &[0.0; 1000], &drive, 0.0, 1e-3);
         assert!(late.iter().all(|x| x.abs() == 1.0) && late[6..] == noise[..994]);
     }
 }

@@ -15,6 +15,10 @@ const HOLDS: f64 = 10.0;
 const FALLS: f64 = 10.0;
 // The share of the objective by which they may differ besides where derivatives are taken about the reference.
 const HOLDS_SHARE: f64 = 0.01;
+// Shares of a row by which a torque of a moment acts before the middle of its hold: of commands of which every second or
+// every fourth is logged, and of a torque that nothing holds. The share of the objective that one of them may leave.
+const MOMENTS: [f64; 3] = [0.25, 0.375, 0.5];
+const CLEARLY: f64 = 0.95;
 // Most times that a model is led halfway back to what is stated.
 const RETREATS: usize = 4;
 // A descent that gains this factor has left the model that its reference was smoothed by.
@@ -98,14 +102,7 @@ impl Search<'_> {
         let mut misfit = f64::INFINITY;
         let mut found = None;
         for from in RENEWALS {
-            let at = self.about_new_reference(model, from);
-            let whitener = self.noise(model, &at.residual, &[&at.columns]);
-            let worth = |model: &Candidate, at: &Linearised| {
-                objective(&whitener.apply(form.layout(), &at.residual), model)
-            };
-            let before = worth(model, &at);
-            let at = refine(self.problem, model, &whitener, at, 6);
-            let value = worth(model, &at);
+            let (at, whitener, [before, value]) = self.followed(model, from);
             let before_that = std::mem::replace(&mut misfit, form.reference()?.misfit);
             let falls = misfit < before_that - FALLS;
             let holds = !falls && before < MOVED * value && self.off(model, &at, &whitener) < HOLDS;
@@ -115,6 +112,47 @@ impl Search<'_> {
             }
         }
         found
+    }
+
+    // The model about a new reference, refined there, with the noise it leaves, and its objective before and after.
+    fn followed(&self, model: &mut Candidate, from: Start) -> (Linearised, Whitener, [f64; 2]) {
+        let at = self.about_new_reference(model, from);
+        let whitener = self.noise(model, &at.residual, &[&at.columns]);
+        let worth = |model: &Candidate, at: &Linearised| {
+            objective(&whitener.apply(self.problem.form.layout(), &at.residual), model)
+        };
+        let before = worth(model, &at);
+        let at = refine(self.problem, model, &whitener, at, 6);
+        let after = worth(model, &at);
+        (at, whitener, [before, after])
+    }
+
+    /// A logged torque is taken as held until the next. Where a log keeps one of several commands, or torques that no
+    /// computer holds, it is that of a moment: the base that fits clearly best.
+    pub fn with_torques_of_moments(&self, base: State) -> Result<State, IdentifyError> {
+        let form = self.problem.form;
+        let Some(reference) = &base.reference else { return Ok(base) };
+        let (model, at) = (&base.fitted.model, &base.fitted.at);
+        let whitener = self.noise(model, &at.residual, &[&at.columns]);
+        let mut value = objective(&whitener.apply(form.layout(), &at.residual), model);
+        let mut best = None;
+        for share in MOMENTS {
+            let early = share * form.layout().period;
+            form.begin_anew(early);
+            let mut tried = model.again(self.problem)?;
+            let (_, _, [_, now]) = self.followed(&mut tried, Start::Kernel);
+            if !(now < CLEARLY * value && now < value - HOLDS) {
+                break;
+            }
+            value = now;
+            best = Some((early, tried));
+        }
+        let Some((early, model)) = best else {
+            form.adopt(reference);
+            return Ok(base);
+        };
+        form.begin_anew(early);
+        self.settled_anew(model, |model| self.descended(model, &base.whitener), Vec::new())
     }
 
     // The linearisation about a reference that the model gives. A model that was bent too far to be followed on the grid of

@@ -130,10 +130,11 @@ impl Even {
         (even, motion)
     }
 
-    /// The reference as a record whose grid steps are the middles of the holds, with the mean acceleration of each.
+    /// The reference as a record whose grid steps are the middles of the holds, with the mean acceleration of each; logged
+    /// torques act so much before these middles.
     ///
     /// θ = ½(θ_k + θ_{k+1}) + h/8 (θ̇_k − θ̇_{k+1}),   θ̇ = (θ_{k+1} − θ_k)/h,   θ̈ = (θ̇_{k+1} − θ̇_k)/h
-    pub fn record(&self, motion: &Motion) -> Record {
+    pub fn record(&self, motion: &Motion, early: f64) -> Record {
         let h = self.scales.period;
         let between = |x: &[f64], f: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
             x.windows(2).map(|pair| f(pair[0], pair[1])).collect()
@@ -155,7 +156,7 @@ impl Even {
             });
         Record {
             name: self.name.clone(),
-            scales: self.scales,
+            scales: Scales { early, ..self.scales },
             theta: theta.collect(),
             thetad_wide: thetad.clone(),
             thetad,
@@ -179,7 +180,7 @@ impl Even {
     /// grid.
     ///
     /// θ = θ_k,   θ̇ = (θ_{k+1} − θ_{k−1})/2h,   θ̈ = (θ̇_{k+1} − θ̇_{k−1})/2h,   k = 1, 3, …
-    pub fn thinned(&self, motion: &Motion, links: &Links, filters: &Arc<Innovations>) -> Record {
+    pub fn thinned(&self, motion: &Motion, links: &Links, filters: &Arc<Innovations>, early: f64) -> Record {
         let h = self.scales.period;
         let odd = |x: &Vec<f64>| -> Vec<f64> { x.iter().skip(1).step_by(2).copied().collect() };
         let slope = |v: &Vec<f64>| -> Vec<f64> {
@@ -202,7 +203,7 @@ impl Even {
         let start = self.start.iter().map(|s| Some(s.as_ref()?.iter().skip(1).step_by(2).copied().collect()));
         Record {
             name: self.name.clone(),
-            scales: Scales { stride: 2, ..self.scales },
+            scales: Scales { stride: 2, early, ..self.scales },
             time: odd(&self.time),
             theta: motion.theta.iter().map(odd).collect(),
             thetadd: motion.thetad.iter().map(slope).collect(),
