@@ -126,7 +126,7 @@ pub(crate) fn residual_told(search: &Search, begun: &Analysis) -> String {
     let noise = search.problem.form.reference().map_or(String::new(), |reference| {
         let each: Vec<String> = reference.torque_noise.iter().map(|n| format!("{n:.2}")).collect();
         let noise = format!(", torque noise {} N·m a sample", each.join(", "));
-        match reference.early {
+        match reference.torques.early {
             0.0 => noise,
             early => format!(
                 "{noise}; logged torques are those of moments, {:.2} ms before the middle of a row, not held until the next",

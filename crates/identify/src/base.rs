@@ -18,7 +18,10 @@ pub(crate) fn nuisances(
     records: &[Record],
 ) -> Vec<EffectSpec> {
     let stated = robot.all_effects();
-    let is_stated = |s: &EffectSpec| stated.iter().any(|e| e.kind == s.kind && e.place == s.place);
+    let is_same = |a: &EffectSpec, b: &EffectSpec| {
+        a.kind == b.kind && a.place == b.place && a.get("signal") == b.get("signal")
+    };
+    let is_stated = |s: &EffectSpec| stated.iter().any(|e| is_same(e, s));
     let mut specs = Vec::new();
     for joint in 0..robot.model.joints.len() {
         specs.extend(inertial(robot, joint));
@@ -125,7 +128,12 @@ fn reach(model: &Model, joint: usize) -> f64 {
     farthest.max(2.0 * model.joints[joint].inertia.centre_of_mass().norm()).max(1e-3)
 }
 
-// One offset a sensor; one clock error between the two encoders of a joint.
+// Sample rates, Hz, of logs in which the instant at which a torque acts is not known to a fraction of a row that counts.
+const TIMED_ROUGHLY: std::ops::Range<f64> = 80.0..200.0;
+// Standard deviation of that instant, rows.
+const ROUGHLY: f64 = 0.25;
+
+// One offset a sensor; one clock error between the two encoders of a joint, and one of its torque where rows are far apart.
 fn instrument(robot: &Robot, channel: &Channel, records: &[Record], index: usize) -> Vec<EffectSpec> {
     let place = || Place::Joint(robot.model.dof_name(channel.dof).to_owned());
     let one = |kind: &str, key: &str, std: f64| {
@@ -135,11 +143,13 @@ fn instrument(robot: &Robot, channel: &Channel, records: &[Record], index: usize
     match channel.sensor {
         Sensor::MotorTorque | Sensor::JointTorque => {
             let top = records.iter().flat_map(|r| &r.measured[index]).fold(0.0f64, |m, x| m.max(x.abs()));
-            let mut offset = one("torque_sensor_offset", "offset", (0.01 * top).max(1e-6));
+            let offset = one("torque_sensor_offset", "offset", (0.01 * top).max(1e-6));
             if channel.sensor == Sensor::JointTorque {
-                offset.settings.push(("signal".to_owned(), Setting::Word("joint_torque".to_owned())));
+                return vec![offset.said("signal", "joint_torque")];
             }
-            vec![offset]
+            let skew = || one("time_skew", "time", ROUGHLY * period).said("signal", "motor_torque");
+            let timed_roughly = TIMED_ROUGHLY.contains(&(1.0 / period));
+            std::iter::once(offset).chain(timed_roughly.then(skew)).collect()
         }
         Sensor::JointPosition => {
             vec![one("position_sensor_offset", "offset", 3e-4), one("time_skew", "time", period)]

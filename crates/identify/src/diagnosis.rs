@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use sinew_data::Run;
 use sinew_effect::Catalogue;
-use sinew_model::Robot;
+use sinew_model::{Robot, Setting};
 
 use crate::analysis::{analysed, residual_told};
 use crate::base::scope;
@@ -213,7 +213,7 @@ fn differences(state: &State, reports: &[Reported]) -> Vec<Finding> {
         .collect()
 }
 
-// Two encoders of one joint that are not read at the same instant: told before anything else.
+// Two sensors of one joint that are not read at the same instant: told before anything else.
 fn clocks(search: &Search, state: &State, reports: &[Reported]) -> Vec<Finding> {
     let period = search.records.iter().map(|r| r.scales.period).fold(0.0, f64::max);
     reports
@@ -223,15 +223,21 @@ fn clocks(search: &Search, state: &State, reports: &[Reported]) -> Vec<Finding> 
             skew && r.value.abs() > CLOCK_SHARE * period && r.value.abs() > 4.0 * r.std
         })
         .map(|(effect, r)| {
-            let joint = state.fitted.model.specs[*effect].place.to_string();
+            let spec = &state.fitted.model.specs[*effect];
+            let joint = spec.place.to_string();
+            let (signal, whose) = match spec.get("signal") {
+                Some(Setting::Word(signal)) => (signal.as_str(), "the motor's position"),
+                _ => ("joint_position", "the motor's"),
+            };
             let (late, size) = (if r.value > 0.0 { "after" } else { "before" }, 1e3 * r.value.abs());
             Finding {
                 statement: format!(
-                    "{joint}, joint position: read {size:.2} ± {:.2} ms {late} the motor's",
+                    "{joint}, {}: read {size:.2} ± {:.2} ms {late} {whose}",
+                    signal.replace('_', " "),
                     1e3 * r.std
                 ),
                 joint,
-                signal: "joint_position".to_owned(),
+                signal: signal.to_owned(),
                 regime: "clock".to_owned(),
                 share: 1.0,
             }

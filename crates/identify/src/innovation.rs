@@ -5,6 +5,7 @@
 //! difference into innovations. They are white where the model is right, torque noise enters no derivative, and an
 //! error of the reference enters to second order only.
 
+mod commanded;
 mod filter;
 mod kalman;
 mod linearise;
@@ -23,15 +24,16 @@ use sinew_effect::Sensor;
 use sinew_model::Robot;
 use sinew_plant::Plant;
 
-use crate::freedom::{Links, Springs};
+use crate::freedom::{Freedom, Links, Springs};
+use crate::imposed::predict;
 use crate::record::{Channel, Record, Reduction, Sensors};
-use crate::residual::{Grid, Layout, ResidualForm, Rows, Start, TRANSIENT};
+use crate::residual::{Grid, Layout, LoggedTorques, ResidualForm, Rows, Start, TRANSIENT};
 use crate::scale::Scales;
 use crate::series::delivered;
 use filter::Filters;
 use kalman::{GROUP, Input, Kalman};
 use linearise::{Along, INERTIA_EVERY, along};
-use motion::{Even, Motion};
+use motion::{Even, Motion, where_holds_meet};
 pub(crate) use rows::Innovations;
 use rows::{JointChannels, deviation_readings, read_late};
 use system::{Linear, MOST_JOINTS, Readings, System};
@@ -47,8 +49,10 @@ pub(crate) struct Reference {
     pub torque_noise: Vec<f64>,
     /// −2 log likelihood of what was measured, by the model that the reference was taken from.
     pub misfit: f64,
-    /// By how much logged torques act before the middles of their holds, s.
-    pub early: f64,
+    /// How the logged torques are taken.
+    pub torques: LoggedTorques,
+    /// True if torque noise acts and is not small beside what accelerates the joints.
+    pub noise_matters: bool,
     // What the next reference begins with.
     motions: Vec<Motion>,
 }
@@ -171,8 +175,8 @@ impl Innovation {
     // are led to agree with each other.
     fn renewed(&self, plant: &Plant, p: &[f64], from: Start) -> Reference {
         let present = self.present();
-        let early = present.early;
-        let about = |motions| Pass::new(self, motions, early, plant, p);
+        let torques = present.torques;
+        let about = |motions| Pass::new(self, motions, torques.early, plant, p);
         let (motions, mut noise) = match from {
             Start::Kernel => (self.smooth.clone(), None),
             Start::Reference => (present.motions.clone(), Some(present.torque_noise.clone())),
@@ -194,9 +198,11 @@ impl Innovation {
         }
         let noise = noise.unwrap_or_default();
         let misfit = pass.misfits(&noise).iter().sum();
+        let noise_matters = pass.noise_matters(&noise);
         let motions = pass.motions.clone();
-        let (records, smooth, measured) = pass.frozen(&noise);
-        Reference { records, smooth, measured, torque_noise: noise, misfit, early, motions }
+        let commanded = torques.move_without_noise.then(|| pass.commanded(&noise));
+        let (records, smooth, measured) = pass.frozen(&noise, commanded.as_deref(), (plant, p));
+        Reference { records, smooth, measured, torque_noise: noise, misfit, torques, noise_matters, motions }
     }
 }
 
@@ -353,14 +359,22 @@ impl<'a> Pass<'a> {
         motions
     }
 
-    // Records whose rows come from filters with frozen gains, and the rows of what was measured.
-    fn frozen(self, noise: &[f64]) -> (Vec<Record>, Vec<Record>, Vec<f64>) {
+    // Records whose rows come from filters with frozen gains, and the rows of what was measured. With `commanded` more
+    // acceleration than that of the motion; what the model predicts for it besides counts as measured, so that the rows of
+    // this model stay as they are.
+    fn frozen(
+        self,
+        noise: &[f64],
+        commanded: Option<&[Vec<Vec<f64>>]>,
+        (plant, p): (&Plant, &[f64]),
+    ) -> (Vec<Record>, Vec<Record>, Vec<f64>) {
         let groups = self.form.groups();
         let Self { form, motions, records, systems, hold_means, links, late, .. } = self;
         let measures = (&motions, hold_means, links, late);
-        let parts: Vec<((Record, Record), Vec<f64>)> = (records, systems, &form.runs, measures)
+        let runs = 0..records.len();
+        let parts: Vec<((Record, Record), Vec<f64>)> = (records, systems, &form.runs, measures, runs)
             .into_par_iter()
-            .map(|(mut record, system, even, (motion, means, links, late))| {
+            .map(|(mut record, system, even, (motion, means, links, late), run)| {
                 let gains = |group: &Range<usize>| {
                     let kalman = Kalman { system: &system, group: group.clone(), noise };
                     (group.clone(), kalman.gains())
@@ -369,9 +383,26 @@ impl<'a> Pass<'a> {
                 let filters = Filters { system, groups, every: even.scales.every };
                 let channels = form.channels.len();
                 let filters = Innovations { filters, joints: form.joints.clone(), channels, late };
-                let measured = filters.measured(even, motion, &means);
+                let mut measured = filters.measured(even, motion, &means);
                 let filters = Arc::new(filters);
-                let smooth = even.thinned(motion, &links, &filters, record.scales.early);
+                let mut smooth = even.thinned(motion, &links, &filters, record.scales.early);
+                if let Some(commanded) = commanded {
+                    let predicted = |record: &Record| {
+                        let freedom = Freedom::of(plant, p, record, Springs::Simulated);
+                        predict(plant, p, record, &form.channels, &freedom)
+                    };
+                    let before = predicted(&record);
+                    for (joint, more) in form.joints.iter().zip(&commanded[run]) {
+                        record.accelerate(joint.dof, more);
+                        smooth.accelerate(joint.dof, &where_holds_meet(more));
+                    }
+                    let after = predicted(&record);
+                    for ((m, b), a) in
+                        measured.iter_mut().zip(filters.rows(&before)).zip(filters.rows(&after))
+                    {
+                        *m += a - b;
+                    }
+                }
                 record.links = Some(Arc::new(links));
                 record.reduction = Reduction::Innovations(filters);
                 ((record, smooth), measured)
@@ -448,8 +479,10 @@ impl ResidualForm for Innovation {
     fn reference(&self) -> Option<Arc<Reference>> {
         Some(self.present())
     }
-    fn begin_anew(&self, early: f64) {
-        self.adopt(&Arc::new(Reference { early, ..Reference::default() }));
+    fn begin_anew(&self, torques: LoggedTorques) {
+        let now = self.present();
+        let (motions, torque_noise) = (now.motions.clone(), now.torque_noise.clone());
+        self.adopt(&Arc::new(Reference { torques, motions, torque_noise, ..Reference::default() }));
     }
     fn adopt(&self, reference: &Arc<Reference>) {
         *self.reference.write().unwrap_or_else(PoisonError::into_inner) = Arc::clone(reference);

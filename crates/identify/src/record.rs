@@ -266,6 +266,11 @@ impl Record {
         links.motion[freedom.joints[dof]?].as_deref()
     }
 
+    /// Adds to the acceleration of a degree of freedom.
+    pub fn accelerate(&mut self, dof: usize, more: &[f64]) {
+        self.thetadd[dof].iter_mut().zip(more).for_each(|(thetadd, more)| *thetadd += more);
+    }
+
     /// Steps of the grid.
     pub fn len(&self) -> usize {
         self.time.len()

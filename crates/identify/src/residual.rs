@@ -38,10 +38,20 @@ pub(crate) trait ResidualForm: Sync {
     fn reference(&self) -> Option<Arc<Reference>> {
         None
     }
-    /// Forgets the reference, for a new one in which logged torques act so many seconds before the middles of their holds.
-    fn begin_anew(&self, _early: f64) {}
+    /// Forgets the rows of the reference, for a new one in which logged torques are taken so.
+    fn begin_anew(&self, _torques: LoggedTorques) {}
     /// Comes back to a reference.
     fn adopt(&self, _reference: &Arc<Reference>) {}
+}
+
+/// How logged torques are taken.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct LoggedTorques {
+    /// By how much they act before the middles of their holds, s.
+    pub early: f64,
+    /// True if derivatives are taken along the motion that they would make without the torque noise, not along that which was
+    /// made with it.
+    pub move_without_noise: bool,
 }
 
 /// The motion that a new reference is led from.

@@ -172,9 +172,7 @@ impl<'a> Search<'a> {
     /// The base fit: every parameter within its tolerance, and the noise it leaves.
     pub fn base(&self, specs: Vec<EffectSpec>) -> Result<State, IdentifyError> {
         let (model, at) = self.fitted(specs, 12)?;
-        let base = self.settled_anew(model, |_| at, Vec::new())?;
-        let base = self.with_torques_of_moments(base)?;
-        self.with_other_springs(base)
+        self.with_other_springs(self.settled_base(model, at)?)
     }
 
     /// The reachable floor of every channel: what a fit of everything the catalogue offers would leave.

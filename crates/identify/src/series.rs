@@ -154,15 +154,12 @@ fn logged<S: Kind>(
     step: f64,
 ) -> Vec<S> {
     // logged torque = u(t + d − a) + T u̇: the inverse of lag and delay, on the noise-free prediction
-    let (mut series, mut delay) = match sensor {
-        Sensor::MotorTorque => (led(raw, drive.lag, step), -drive.delay),
-        _ => (raw, S::ZERO),
-    };
     let reading = dynamics.reading(sensor)[dof];
-    delay += reading.delay + early;
-    if delay != S::ZERO {
-        series = shifted(&series, delay, step);
-    }
+    let mut series = match sensor {
+        Sensor::MotorTorque => ahead(led(raw, drive.lag, step), drive.delay - reading.delay - early, step),
+        _ if reading.delay == S::ZERO => raw,
+        _ => shifted(&raw, reading.delay, step),
+    };
     for x in &mut series {
         *x = *x * reading.gain + reading.offset;
     }
@@ -183,22 +180,34 @@ pub(crate) fn delivered(
     step: f64,
 ) -> Vec<f64> {
     let whole = ((drive.delay + drive.lag) / step).round();
-    let ahead = shifted(&led(acting.to_vec(), drive.lag, step), whole * step - drive.delay + early, step);
+    let ahead = ahead(led(acting.to_vec(), drive.lag, step), drive.delay - early - whole * step, step);
     let late = |k: usize| logged[k.saturating_sub(whole as usize)];
     ahead.iter().zip(acting).enumerate().map(|(k, (ahead, y))| late(k) - (ahead - y)).collect()
 }
 
-// x + T ẋ by central differences
+// x + T ẋ, the slope by what was before: what comes after is a controller's answer to the noise of now.
 fn led<S: Scalar>(x: Vec<S>, lag: S, step: f64) -> Vec<S> {
     if lag == S::ZERO {
         return x;
     }
+    (0..x.len()).map(|k| x[k] + lag / step * (x[k] - x[k.saturating_sub(1)])).collect()
+}
+
+// x(t + d), by no more of what comes after than it must be.
+fn ahead<S: Scalar>(x: Vec<S>, time: S, step: f64) -> Vec<S> {
+    if time == S::ZERO {
+        return x;
+    }
+    if time.value() < 0.0 {
+        return shifted(&x, -time, step);
+    }
     let last = x.len() - 1;
-    let slope = |k: usize| {
-        let (a, b) = (k.saturating_sub(1), (k + 1).min(last));
-        (x[b] - x[a]) / ((b - a) as f64 * step)
-    };
-    (0..x.len()).map(|k| x[k] + lag * slope(k)).collect()
+    let whole = (time.value() / step).round();
+    // −½ ≤ f ≤ ½ from sample k + whole on
+    let f = time / step - whole;
+    let at = |k: usize| x[(k + whole as usize).min(last)];
+    let before = |k: usize| x[(k + whole as usize).saturating_sub(1).min(last)];
+    (0..x.len()).map(|k| at(k) + f * (at(k) - before(k))).collect()
 }
 
 // x(t − d) by the cubic through four neighbours

@@ -5,20 +5,23 @@ use crate::colour::Whitener;
 use crate::least_squares::distance;
 use crate::problem::{Candidate, Linearised, objective, refine};
 use crate::refit::Fitted;
-use crate::residual::Start;
+use crate::residual::{LoggedTorques, Start};
 use crate::search::{Accepted, Saturated, Search, State};
 
-// What each reference of a model is led from, the squared length of what they may differ by, and what −2 log likelihood
-// falls by from one to the next that does not hold yet.
+// What each reference of a model is led from, the squared length of what they may differ by, and what −2 log likelihood or
+// an objective falls by where it is no chance.
 const RENEWALS: [Start; 3] = [Start::Kernel, Start::Reference, Start::Reference];
+const ONCE_MORE: [Start; 2] = [Start::Reference, Start::Reference];
 const HOLDS: f64 = 10.0;
 const FALLS: f64 = 10.0;
 // The share of the objective by which they may differ besides where derivatives are taken about the reference.
 const HOLDS_SHARE: f64 = 0.01;
 // Shares of a row by which a torque of a moment acts before the middle of its hold: of commands of which every second or
-// every fourth is logged, and of a torque that nothing holds. The share of the objective that one of them may leave.
+// every fourth is logged, and of a torque that nothing holds. The share of the objective that one of them may leave, and
+// the mean square of the rows up to which held torques leave nothing for them to explain.
 const MOMENTS: [f64; 3] = [0.25, 0.375, 0.5];
 const CLEARLY: f64 = 0.95;
+const LITTLE: f64 = 1.05;
 // Most times that a model is led halfway back to what is stated.
 const RETREATS: usize = 4;
 // A descent that gains this factor has left the model that its reference was smoothed by.
@@ -27,6 +30,14 @@ const MOVED: f64 = 1.1;
 const FAR_BENT: f64 = 10.0;
 
 impl Search<'_> {
+    /// A base settled about a reference of its own, with the logged torques taken as the log says.
+    pub fn settled_base(&self, mut model: Candidate, at: Linearised) -> Result<State, IdentifyError> {
+        let at = self.led(&mut model, |_| at, true);
+        let at = self.with_torques_of_moments(&mut model, at)?;
+        let at = self.without_noise(&mut model, at)?;
+        self.settled(model, at, Vec::new())
+    }
+
     /// [`Search::settled`] about a reference that this model gives; where there is none, from where `descend` leads it.
     pub fn settled_anew(
         &self,
@@ -34,20 +45,29 @@ impl Search<'_> {
         descend: impl FnOnce(&mut Candidate) -> Linearised,
         accepted: Vec<Accepted>,
     ) -> Result<State, IdentifyError> {
-        let at = match self.renewed(&mut model) {
-            None => descend(&mut model),
-            Some((at, value)) if !self.is_doubtful(&model, value, accepted.is_empty()) => at,
+        let at = self.led(&mut model, descend, accepted.is_empty());
+        self.settled(model, at, accepted)
+    }
+
+    fn led(
+        &self,
+        model: &mut Candidate,
+        descend: impl FnOnce(&mut Candidate) -> Linearised,
+        is_base: bool,
+    ) -> Linearised {
+        match self.renewed(model, &RENEWALS) {
+            None => descend(model),
+            Some((at, value)) if !self.is_doubtful(model, value, is_base) => at,
             Some(first) => {
                 // Under the noise that a bent model leaves, the valleys are wide.
-                let wide = self.noise(&model, &first.0.residual, &[&first.0.columns]);
-                self.lower(&mut model, first, |model| {
+                let wide = self.noise(model, &first.0.residual, &[&first.0.columns]);
+                self.lower(model, first, |model| {
                     let at = model.linearise(self.problem);
                     refine(self.problem, model, &wide, at, 10);
-                    self.renewed(model)
+                    self.renewed(model, &RENEWALS)
                 })
             }
-        };
-        self.settled(model, at, accepted)
+        }
     }
 
     /// A descent under one noise.
@@ -96,12 +116,12 @@ impl Search<'_> {
 
     // The model refined about references of its own until they hold, with its objective; none where there is no
     // reference.
-    fn renewed(&self, model: &mut Candidate) -> Option<(Linearised, f64)> {
+    fn renewed(&self, model: &mut Candidate, starts: &[Start]) -> Option<(Linearised, f64)> {
         let form = self.problem.form;
         form.reference()?;
         let mut misfit = f64::INFINITY;
         let mut found = None;
-        for from in RENEWALS {
+        for &from in starts {
             let (at, whitener, [before, value]) = self.followed(model, from);
             let before_that = std::mem::replace(&mut misfit, form.reference()?.misfit);
             let falls = misfit < before_that - FALLS;
@@ -117,42 +137,71 @@ impl Search<'_> {
     // The model about a new reference, refined there, with the noise it leaves, and its objective before and after.
     fn followed(&self, model: &mut Candidate, from: Start) -> (Linearised, Whitener, [f64; 2]) {
         let at = self.about_new_reference(model, from);
-        let whitener = self.noise(model, &at.residual, &[&at.columns]);
-        let worth = |model: &Candidate, at: &Linearised| {
-            objective(&whitener.apply(self.problem.form.layout(), &at.residual), model)
-        };
-        let before = worth(model, &at);
+        let (whitener, before) = self.alone(model, &at);
         let at = refine(self.problem, model, &whitener, at, 6);
-        let after = worth(model, &at);
+        let after = objective(&whitener.apply(self.problem.form.layout(), &at.residual), model);
         (at, whitener, [before, after])
     }
 
-    /// A logged torque is taken as held until the next. Where a log keeps one of several commands, or torques that no
-    /// computer holds, it is that of a moment: the base that fits clearly best.
-    pub fn with_torques_of_moments(&self, base: State) -> Result<State, IdentifyError> {
-        let form = self.problem.form;
-        let Some(reference) = &base.reference else { return Ok(base) };
-        let (model, at) = (&base.fitted.model, &base.fitted.at);
+    // The noise that a model leaves by itself, and its objective under it.
+    fn alone(&self, model: &Candidate, at: &Linearised) -> (Whitener, f64) {
         let whitener = self.noise(model, &at.residual, &[&at.columns]);
-        let mut value = objective(&whitener.apply(form.layout(), &at.residual), model);
+        let value = objective(&whitener.apply(self.problem.form.layout(), &at.residual), model);
+        (whitener, value)
+    }
+
+    // A logged torque is taken as held until the next. Where a log keeps one of several commands, or torques that no
+    // computer holds, it is that of a moment: the base that fits clearly best.
+    fn with_torques_of_moments(
+        &self,
+        model: &mut Candidate,
+        at: Linearised,
+    ) -> Result<Linearised, IdentifyError> {
+        let form = self.problem.form;
+        let Some(reference) = form.reference() else { return Ok(at) };
+        let (whitener, mut value) = self.alone(model, &at);
+        if value < LITTLE * form.layout().counted() {
+            return Ok(at);
+        }
         let mut best = None;
         for share in MOMENTS {
-            let early = share * form.layout().period;
-            form.begin_anew(early);
+            let torques = LoggedTorques { early: share * form.layout().period, ..reference.torques };
+            form.begin_anew(torques);
             let mut tried = model.again(self.problem)?;
             let (_, _, [_, now]) = self.followed(&mut tried, Start::Kernel);
-            if !(now < CLEARLY * value && now < value - HOLDS) {
+            if !(now < CLEARLY * value && now < value - FALLS) {
                 break;
             }
             value = now;
-            best = Some((early, tried));
+            best = Some((torques, tried));
         }
-        let Some((early, model)) = best else {
-            form.adopt(reference);
-            return Ok(base);
+        let Some((torques, tried)) = best else {
+            form.adopt(&reference);
+            return Ok(at);
         };
-        form.begin_anew(early);
-        self.settled_anew(model, |model| self.descended(model, &base.whitener), Vec::new())
+        form.begin_anew(torques);
+        *model = tried;
+        Ok(self.led(model, |model| self.descended(model, &whitener), true))
+    }
+
+    // Torque noise that moves the joints is in their accelerations: without it, if that makes the log likelier.
+    fn without_noise(&self, model: &mut Candidate, at: Linearised) -> Result<Linearised, IdentifyError> {
+        let form = self.problem.form;
+        let Some(reference) = form.reference().filter(|r| r.noise_matters) else { return Ok(at) };
+        form.begin_anew(LoggedTorques { move_without_noise: true, ..reference.torques });
+        let mut tried = model.again(self.problem)?;
+        let renewed = self.renewed(&mut tried, &ONCE_MORE);
+        let falls = form.reference().is_some_and(|now| now.misfit < reference.misfit - FALLS);
+        Ok(match renewed {
+            Some((found, _)) if falls => {
+                *model = tried;
+                found
+            }
+            _ => {
+                form.adopt(&reference);
+                at
+            }
+        })
     }
 
     // The linearisation about a reference that the model gives. A model that was bent too far to be followed on the grid of
@@ -210,8 +259,7 @@ impl Search<'_> {
         let mut problem = *self.problem;
         self.bring_back(&mut model, &mut at);
         if problem.is_rough() {
-            let whitener = self.noise(&model, &at.residual, &[&at.columns]);
-            let value = objective(&whitener.apply(layout, &at.residual), &model);
+            let (whitener, value) = self.alone(&model, &at);
             if self.off(&model, &at, &whitener) > HOLDS + HOLDS_SHARE * value {
                 problem = problem.exact();
                 at = model.linearise(&problem);

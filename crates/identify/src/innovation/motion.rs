@@ -213,7 +213,7 @@ impl Even {
             temperature: self.temperature.iter().map(|t| t.as_ref().map(odd)).collect(),
             middle: None,
             start: start.collect(),
-            measured: self.torque.iter().map(|torque| met_torque(torque)).collect(),
+            measured: self.torque.iter().map(|torque| where_holds_meet(torque)).collect(),
             noise: self.noise.clone(),
             position_noise: self.theta_noise.clone(),
             reduction: Reduction::Thinned(Arc::clone(filters)),
@@ -222,8 +222,8 @@ impl Even {
     }
 }
 
-// A held torque at every second sample, where two holds meet; empty of channels without one.
-fn met_torque(held: &[f64]) -> Vec<f64> {
+/// What is held between samples at every second sample, where two holds meet; empty of what has no holds.
+pub(super) fn where_holds_meet(held: &[f64]) -> Vec<f64> {
     (1..held.len()).step_by(2).map(|k| 0.5 * (held[k - 1] + held[k])).collect()
 }
 
