@@ -5,10 +5,13 @@
 //! on the same mechanism, `…_beside_aba` its rigid forward dynamics timed just before. Beside a file `ROBOT.urdf` a file `ROBOT.check`
 //! of expected torques, mass matrices and accelerations is compared with first. Environment: `BUDGET_MS`, time of one
 //! measurement (60); `ONLY`, part of the name of the algorithms wanted.
+//!
+//! With `--count` first it prints what each algorithm computes instead: `robot,algorithm,multiplications,additions,divisions,functions`.
 
 #![allow(non_snake_case)]
 
 mod check;
+mod count;
 mod elastic;
 mod robot;
 mod suite;
@@ -18,9 +21,11 @@ use std::path::Path;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let paths: Vec<String> = std::env::args().skip(1).collect();
+    let mut paths: Vec<String> = std::env::args().skip(1).collect();
+    let counts = paths.first().is_some_and(|first| first == "--count");
+    paths.drain(..usize::from(counts));
     if paths.is_empty() {
-        eprintln!("usage: sinew-bench ROBOT.urdf...");
+        eprintln!("usage: sinew-bench [--count] ROBOT.urdf...");
         return ExitCode::from(2);
     }
     for path in paths {
@@ -32,6 +37,10 @@ fn main() -> ExitCode {
                 return ExitCode::from(2);
             }
         };
+        if counts {
+            count::print_all(&model);
+            continue;
+        }
         check::compare(&model, path);
         suite::time_all(&model);
     }

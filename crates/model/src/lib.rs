@@ -14,6 +14,8 @@ extern crate alloc;
 mod articulated;
 mod bending;
 mod builder;
+#[cfg(feature = "count")]
+mod counted;
 mod description;
 mod dual;
 mod elementary;
@@ -46,6 +48,8 @@ pub mod wide;
 pub use articulated::ArticulatedInertia;
 pub use bending::{BeamSection, Bending};
 pub use builder::{JointShape, JointSpec, ModelBuilder};
+#[cfg(feature = "count")]
+pub use counted::{Counted, Operations};
 pub use description::{Coupling, EffectSpec, JointSettings, Place, Robot, Setting, Trust};
 pub use dual::Dual;
 pub use error::ModelError;
