@@ -125,7 +125,8 @@ pub(crate) fn residual_told(search: &Search, begun: &Analysis) -> String {
     let name = if search.problem.form.is_white() { "innovation" } else { "imposed" };
     let noise = search.problem.form.reference().map_or(String::new(), |reference| {
         let each: Vec<String> = reference.torque_noise.iter().map(|n| format!("{n:.2}")).collect();
-        let noise = format!(", torque noise {} N·m a sample", each.join(", "));
+        let acts = if reference.torques.move_without_noise { " that moves the joints" } else { "" };
+        let noise = format!(", torque noise{acts} {} N·m a sample", each.join(", "));
         match reference.torques.early {
             0.0 => noise,
             early => format!(

@@ -17,11 +17,9 @@ const FALLS: f64 = 10.0;
 // The share of the objective by which they may differ besides where derivatives are taken about the reference.
 const HOLDS_SHARE: f64 = 0.01;
 // Shares of a row by which a torque of a moment acts before the middle of its hold: of commands of which every second or
-// every fourth is logged, and of a torque that nothing holds. The share of the objective that one of them may leave, and
-// the mean square of the rows up to which held torques leave nothing for them to explain.
+// every fourth is logged, and of a torque that nothing holds. The share of the objective that one of them may leave.
 const MOMENTS: [f64; 3] = [0.25, 0.375, 0.5];
 const CLEARLY: f64 = 0.95;
-const LITTLE: f64 = 1.05;
 // Most times that a model is led halfway back to what is stated.
 const RETREATS: usize = 4;
 // A descent that gains this factor has left the model that its reference was smoothed by.
@@ -160,9 +158,6 @@ impl Search<'_> {
         let form = self.problem.form;
         let Some(reference) = form.reference() else { return Ok(at) };
         let (whitener, mut value) = self.alone(model, &at);
-        if value < LITTLE * form.layout().counted() {
-            return Ok(at);
-        }
         let mut best = None;
         for share in MOMENTS {
             let torques = LoggedTorques { early: share * form.layout().period, ..reference.torques };
