@@ -13,11 +13,10 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use sinew_effects::CATALOGUE;
 use sinew_identify::{Options, Verdict};
 use sinew_simulate::Stream;
 use sinew_tests::{
-    Arm, Case, Conditions, Hidden, Outcome, Sensors, confusion, drawn_case, foreign_causes, hidden_effects,
+    Arm, Case, Conditions, Hidden, Outcome, Sensors, are_twins, confusion, drawn_case, foreign_causes, hidden_effects,
     judge, null_case,
 };
 
@@ -189,14 +188,6 @@ fn pairs(population: &Population, arm: &Arm, conditions: Conditions) -> Vec<Case
             Case::new(arm, &[&a, &b], conditions, seed)
         })
         .collect()
-}
-
-fn are_twins(a: &str, b: &str) -> bool {
-    let says = |of: &str, other: &str| {
-        let card = CATALOGUE.find(of).map(|e| e.card);
-        card.is_some_and(|c| c.rivals.iter().any(|r| r.structural && r.name == other))
-    };
-    a == b || says(a, b) || says(b, a)
 }
 
 fn foreign(population: &Population, arm: &Arm, conditions: Conditions) -> Vec<Case> {

@@ -10,30 +10,34 @@ use crate::suite::STEP_17_BIT;
 use crate::{Arm, Case, Conditions, Data, Sensors, hidden_effects, null_case};
 
 // Draws of one stream, one after the other.
-struct Draws {
+pub(crate) struct Draws {
     stream: Stream,
     drawn: u64,
 }
 
 impl Draws {
-    fn new(seed: u64, name: &str) -> Self {
+    pub fn new(seed: u64, name: &str) -> Self {
         Self { stream: Stream::new(seed, name), drawn: 0 }
     }
 
-    fn uniform(&mut self, least: f64, most: f64) -> f64 {
+    pub fn uniform(&mut self, least: f64, most: f64) -> f64 {
         self.drawn += 1;
         least + (most - least) * self.stream.uniform(self.drawn)
     }
 
     // Evenly spread in the logarithm.
-    fn log(&mut self, least: f64, most: f64) -> f64 {
+    pub fn log(&mut self, least: f64, most: f64) -> f64 {
         self.uniform(least.ln(), most.ln()).exp()
     }
 
     // One of a list; what stands in it twice is drawn twice as often.
-    fn one_of<T: Copy>(&mut self, list: &[T]) -> T {
-        let k = self.uniform(0.0, list.len() as f64) as usize;
-        list[k.min(list.len() - 1)]
+    pub fn one_of<T: Copy>(&mut self, list: &[T]) -> T {
+        list[self.below(list.len())]
+    }
+
+    // A whole number below `count`.
+    pub fn below(&mut self, count: usize) -> usize {
+        (self.uniform(0.0, count as f64) as usize).min(count - 1)
     }
 }
 

@@ -1,5 +1,6 @@
 //! What is hidden from the model: every effect of the catalogue, in the size of the arm's own torques.
 
+use sinew_effects::CATALOGUE;
 use sinew_model::{EffectSpec, Place, Robot, Setting};
 
 use crate::suite::MEAN_TEMPERATURE;
@@ -48,6 +49,15 @@ pub fn hidden_effects(arm: &Arm, dof: usize, size: f64) -> Vec<Hidden> {
     list.extend(added_to_robot(arm, dof, size));
     list.extend(changed(arm, dof, &joint));
     list
+}
+
+/// True for effects that no motion separates, and for an effect and itself.
+pub fn are_twins(a: &str, b: &str) -> bool {
+    let says = |of: &str, other: &str| {
+        let card = CATALOGUE.find(of).map(|e| e.card);
+        card.is_some_and(|c| c.rivals.iter().any(|r| r.structural && r.name == other))
+    };
+    a == b || says(a, b) || says(b, a)
 }
 
 // What only a link encoder beside a motor's shows, and what torque and position behind the gear do.

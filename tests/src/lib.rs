@@ -4,6 +4,7 @@
 mod drawn;
 mod foreign;
 mod hidden;
+mod mixed;
 mod nulls;
 #[cfg(doctest)]
 mod readme;
@@ -12,7 +13,8 @@ mod suite;
 
 pub use drawn::drawn_case;
 pub use foreign::{Edit, Foreign, Way, foreign_catalogue, foreign_causes};
-pub use hidden::{Hidden, hidden_effects};
+pub use hidden::{Hidden, are_twins, hidden_effects};
+pub use mixed::mixed_case;
 pub use nulls::{Estimate, NullCase, null_statistics};
 pub use robots::{Arm, one_joint, six_joints, two_joints};
 pub use suite::{

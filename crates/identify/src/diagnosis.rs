@@ -13,7 +13,7 @@ use crate::explore::{Explored, explore, widening};
 use crate::fitting::{ParameterReport, Reported, parameters};
 use crate::gates::Evidence;
 use crate::limits::{DetectionLimit, limits};
-use crate::probability::{Likeness, likelihood_of_tied, probability};
+use crate::probability::{Grounds, likelihood_of_tied};
 use crate::remainder::left_of_channels;
 use crate::report::{Finding, Refusal, Verdict};
 use crate::search::{Accepted as Entry, Search, State};
@@ -76,6 +76,8 @@ pub struct CandidateReport {
     pub values: Vec<ParameterReport>,
     /// Evidence by its block-robust spread.
     pub z: f64,
+    /// What the probability rests on; none of what explains a part only.
+    pub grounds: Option<Grounds>,
     /// What it cannot be told from.
     pub rivals: Vec<RivalReport>,
 }
@@ -142,12 +144,10 @@ pub(crate) fn report(
     let channels = channels(search, state);
     let left = left_of_channels(search.problem.form.layout(), &state.fitted.white);
     let mut verdict = word(&channels, &left, state.accepted.len());
-    let likeness: Vec<Likeness> =
-        state.accepted.iter().map(|entry| Likeness::of(search, explored, &left, entry)).collect();
-    let of = |(entry, likeness): (&Entry, &Likeness)| {
-        candidate(search, &reports, entry, probability(entry, likeness))
-    };
-    let mut candidates: Vec<CandidateReport> = state.accepted.iter().zip(&likeness).map(of).collect();
+    let grounds: Vec<Grounds> =
+        state.accepted.iter().map(|entry| Grounds::of(search, explored, &left, entry)).collect();
+    let of = |(entry, grounds): (&Entry, &Grounds)| candidate(search, &reports, entry, *grounds);
+    let mut candidates: Vec<CandidateReport> = state.accepted.iter().zip(&grounds).map(of).collect();
     // A name on so few blocks may rest on their chances: surrogates of the log tell.
     let few = search.problem.form.layout().blocks < FEWEST_BLOCKS;
     let mut scope = scope;
@@ -164,7 +164,7 @@ pub(crate) fn report(
         false_acceptance = Some(count);
     }
     if !candidates.is_empty() && candidates.iter().all(|c| c.probability < 0.5) {
-        let is_like = verdict != Verdict::Undecidable && likeness.iter().all(Likeness::is_only_like);
+        let is_like = verdict != Verdict::Undecidable && grounds.iter().all(Grounds::is_only_like);
         verdict = if is_like { Verdict::Unexplained } else { Verdict::Undecidable };
     }
     if verdict == Verdict::Unexplained {
@@ -250,7 +250,8 @@ const FEWEST_BLOCKS: usize = 12;
 // A clock error is told if it is this share of a sample period.
 const CLOCK_SHARE: f64 = 0.3;
 
-fn candidate(search: &Search, reports: &[Reported], entry: &Entry, probability: f64) -> CandidateReport {
+fn candidate(search: &Search, reports: &[Reported], entry: &Entry, grounds: Grounds) -> CandidateReport {
+    let probability = grounds.probability();
     let own = reports.iter().filter(|(effect, _)| *effect == entry.effect);
     let own: Vec<ParameterReport> = own.map(|(_, report)| report.clone()).collect();
     CandidateReport {
@@ -258,9 +259,10 @@ fn candidate(search: &Search, reports: &[Reported], entry: &Entry, probability: 
         place: entry.trial.place.to_string(),
         probability,
         error_explained: entry.evidence.explained,
-        contribution: entry.evidence.material.max(0.0).sqrt(),
+        contribution: grounds.contribution,
         values: own,
-        z: entry.evidence.z,
+        z: grounds.z,
+        grounds: Some(grounds),
         rivals: rivals(search, entry, probability),
     }
 }
@@ -308,6 +310,7 @@ fn partial(explored: &Explored) -> Vec<CandidateReport> {
         contribution: evidence.material.max(0.0).sqrt(),
         values: Vec::new(),
         z: evidence.z,
+        grounds: None,
         rivals: Vec::new(),
     };
     let worth = round.failed.iter().filter(|r| r.evidence.z > 2.0 && r.evidence.explained > 0.02);

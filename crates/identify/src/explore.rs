@@ -1,10 +1,13 @@
 //! The ladder: accept effects step by step, undo what makes unseen runs worse, prune what is no longer needed.
 
+use rayon::prelude::*;
+
 use crate::IdentifyError;
 use crate::comparison::by_channel;
 use crate::fitting::parameters;
 use crate::gates::{Evidence, Pair};
 use crate::problem::{Candidate, Problem, refine};
+use crate::refit::Refit;
 use crate::search::{Accepted, Round, Search, State};
 use crate::trial::{How, Trial};
 use crate::verdict::rms;
@@ -90,7 +93,11 @@ pub(crate) fn explore(
     let most = search.problem.options.most_effects;
     let mut step = 1;
     while step <= MOST_STEPS * most && rungs.len() <= most {
-        let round = search.round(&state, step);
+        let mut round = search.round(&state, step);
+        if !leave_likely(search, &mut state, &mut round, step) {
+            step += 1;
+            continue;
+        }
         if round.passed.is_empty() {
             last = Some(round);
             break;
@@ -126,22 +133,66 @@ pub(crate) fn explore(
 }
 
 // The rows are formed about a motion in which some of the noise is left, and an effect that averages or delays it, a dead
-// time above all, may gain by that alone. About a motion that the new model has smoothed itself the gain is gone: the
-// −2 log likelihood of all samples falls by what the rows promised and more where the effect is real. What relieves a
-// tension promises nothing.
+// time above all, may gain by that alone. In the −2 log likelihood of all samples the gain is gone: it falls by what the
+// rows promised and more where the effect is real. What relieves a tension promises nothing.
 fn unlikely(before: &State, after: &State) -> Option<(Trial, String)> {
     let (old, new) = (before.reference.as_ref()?.misfit, after.reference.as_ref()?.misfit);
     let added = &after.accepted[before.accepted.len()..];
-    let is_relief = |a: &Accepted| a.evidence.by_tension() && a.evidence.data < a.evidence.tension;
-    if added.iter().all(is_relief) {
+    if added.iter().all(|a| a.evidence.is_relief()) {
         return None;
     }
-    let promised: f64 = added.iter().map(|a| a.evidence.data).sum();
-    let kept = old - new;
-    let reason = || {
-        format!("about a motion of its own it explains {kept:.0} of the χ² of {promised:.0} that it promised")
+    let promised = added.iter().map(|a| a.evidence.data).sum();
+    too_little_kept(old - new, promised, "a motion of its own").map(|reason| (added[0].trial.clone(), reason))
+}
+
+// False if a round had candidates and none of them is likely: those are not offered again.
+fn leave_likely(search: &mut Search, state: &mut State, round: &mut Round, step: usize) -> bool {
+    let taken_out = unlikely_at_once(search, state, round);
+    let is_left = !round.passed.is_empty() || taken_out.is_empty();
+    for (trial, reason) in taken_out {
+        search.refuse(&trial, step, reason);
+        if !is_left {
+            search.banned.push(trial.label());
+        }
+    }
+    if !is_left {
+        search.offer_again(state);
+    }
+    is_left
+}
+
+// Takes candidates out of a round near the noise that make the log no likelier about the motion that is there: the answer
+// is that about a motion of their own, which takes a hundred times as long.
+fn unlikely_at_once(search: &Search, state: &State, round: &mut Round) -> Vec<(Trial, String)> {
+    let form = search.problem.form;
+    let Some(reference) = state.reference.as_ref().filter(|_| !form.layout().is_much(state.fitted.objective))
+    else {
+        return Vec::new();
     };
-    (kept < KEPT * promised - CHANCE).then(|| (added[0].trial.clone(), reason()))
+    let reason = |refit: &Refit| {
+        let (model, evidence) = (&refit.fitted.model, &refit.evidence);
+        if evidence.is_relief() {
+            return None;
+        }
+        let kept = reference.misfit - form.misfit(&model.plant, &model.p)?;
+        too_little_kept(kept, evidence.data, "the present motion")
+    };
+    let reasons: Vec<Option<String>> = round.passed.par_iter().map(reason).collect();
+    let (mut likely, mut unlikely) = (Vec::new(), Vec::new());
+    for (refit, reason) in round.passed.drain(..).zip(reasons) {
+        match reason {
+            None => likely.push(refit),
+            Some(reason) => unlikely.push((refit.trial.clone(), reason)),
+        }
+    }
+    round.passed = likely;
+    unlikely
+}
+
+// Why a fall of −2 log likelihood is less than rows promised.
+fn too_little_kept(kept: f64, promised: f64, about: &str) -> Option<String> {
+    let reason = || format!("about {about} it explains {kept:.0} of the χ² of {promised:.0} that it promised");
+    (kept < KEPT * promised - CHANCE).then(reason)
 }
 
 // Effects of which nothing is left that their own error does not cover, once the model has settled about a motion of its

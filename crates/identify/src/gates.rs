@@ -109,6 +109,11 @@ impl Evidence {
         self.tension > 12.0 && self.data > -0.5 * self.tension
     }
 
+    /// True if the candidate promises the residual less than the priors.
+    pub fn is_relief(&self) -> bool {
+        self.by_tension() && self.data < self.tension
+    }
+
     /// The gate that refuses the candidate, in words; none if it passes.
     pub fn refused(&self, options: &Options, trials: usize) -> Option<String> {
         let chance = self.ln_chance(trials);

@@ -57,6 +57,7 @@ pub use error::IdentifyError;
 pub use fitting::{Fit, ParameterReport, StepReport, discover, fit};
 pub use limits::DetectionLimit;
 pub use options::{Options, Residual};
+pub use probability::{FEATURES, Grounds};
 pub use report::{Finding, Refusal, Verdict};
 pub use surrogate::{FalseAcceptance, SurrogateReport, TrialReport, Turned, trial};
 pub use torque_checks::torque_checks;

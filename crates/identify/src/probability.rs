@@ -1,32 +1,74 @@
 //! How often a name that was given like this one is right.
 
+use serde::Serialize;
+
 use crate::explore::{Explored, Rung};
 use crate::gates::{Evidence, mean_square};
 use crate::remainder::Left;
 use crate::search::{Accepted, Search};
 
-/// Logistic form in z, tension and distance to the next candidate, and what remains.
-///
-/// ```text
-/// logit P = −6.1 + 1.8 [tension] + 2.2 [data] ln z + 1.1 [tension] ln Δpenalty
-///           + 0.93 min(ln max(d₁₂, 1), ln 30) − 1.2 (effects in company)
-/// ```
-///
-/// times 1/(1 + (s/0.1)²), s the share of the error left by an effect in a model that leaves more than noise: a law that
-/// is only like the true one takes most of its error away and leaves the rest. And times 1/(1 + Σ e^(−Δχ²/20)) over the
-/// rivals that are tied with it.
-pub(crate) fn probability(entry: &Accepted, likeness: &Likeness) -> f64 {
-    let evidence = &entry.evidence;
-    let next = entry.rivals.iter().map(|(_, d)| d.max(1.0)).fold(30.0, f64::min);
-    let route = if rests_on_tension(evidence) {
-        1.8 + 1.1 * evidence.tension.ln()
-    } else {
-        2.2 * evidence.z.max(1.0).ln()
-    };
-    let logit = -6.1 + route + 0.93 * next.ln().min(30f64.ln()) - 1.2 * likeness.company as f64;
-    let complete = 1.0 / (1.0 + (likeness.share / LIKE).powi(2));
-    let tied: f64 = entry.rivals.iter().map(|(_, distance)| likelihood_of_tied(*distance)).sum();
-    (complete / (1.0 + (-logit).exp()) / (1.0 + tied)).clamp(0.02, 0.99)
+/// What the probability of a name rests on.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Grounds {
+    /// The relief of priors carries it, not the residual.
+    pub by_tension: bool,
+    /// Evidence of the residual by its block-robust spread.
+    pub z: f64,
+    /// Relief of the priors, χ².
+    pub tension: f64,
+    /// Mean square of the whitened rows that are left, at least one.
+    pub temper: f64,
+    /// ρ: root of the largest fall of a channel's mean square, in units of its filtered noise.
+    pub contribution: f64,
+    /// χ² by which the nearest of its tied rivals is worse; 30 where none is nearer.
+    pub next: f64,
+    /// Likelihoods of all tied rivals, its own being one.
+    pub tied: f64,
+    /// What is left in the end of the error that the effect was found by, as a share of it and of what the effect took away;
+    /// zero where noise alone is left. Of an effect that relieves a tension only, one where more than noise is left.
+    pub left: f64,
+    /// Effects that were accepted at the same place before; where more than noise is left, all others in the same joint:
+    /// several laws beside each other stand for one that is missing.
+    pub company: usize,
+}
+
+/// Numbers in which the logit of a probability is linear.
+pub const FEATURES: usize = 9;
+
+// Their weights, as fitted by `calibration` (docs/recognition.md).
+const WEIGHTS: [f64; FEATURES] = [-6.1, 1.8, 2.2, 1.1, 0.93, -1.2, -1.0, -1.0, 0.0];
+const LEAST: f64 = 0.02;
+const MOST: f64 = 0.99;
+
+impl Grounds {
+    /// One, the tension route, ln z of the data route, ln of the tension of its route, ln of the distance to the next, the
+    /// company, ln(1 + (left/0.1)²), ln(1 + Σ e^(−Δχ²/20)) over the tied rivals, and ln of what is left in units of noise.
+    ///
+    /// A law that is only like the true one takes most of its error away and leaves the rest: the seventh.
+    pub fn features(&self) -> [f64; FEATURES] {
+        let (tension, data) = if self.by_tension { (1.0, 0.0) } else { (0.0, 1.0) };
+        [
+            1.0,
+            tension,
+            data * self.z.max(1.0).ln(),
+            tension * self.tension.max(1.0).ln(),
+            self.next.clamp(1.0, NO_RIVAL).ln(),
+            self.company as f64,
+            (1.0 + (self.left / LIKE).powi(2)).ln(),
+            (1.0 + self.tied).ln(),
+            self.temper.max(1.0).ln(),
+        ]
+    }
+
+    /// How often a name on such grounds is right.
+    ///
+    /// ```text
+    /// P = 1/(1 + e^(−w·f)),   0.02 ≤ P ≤ 0.99
+    /// ```
+    pub fn probability(&self) -> f64 {
+        let logit: f64 = self.features().iter().zip(WEIGHTS).map(|(f, w)| f * w).sum();
+        (1.0 / (1.0 + (-logit).exp())).clamp(LEAST, MOST)
+    }
 }
 
 /// How likely a tied rival is by its χ² disadvantage, the winner being one: the errors of references and noise make
@@ -37,18 +79,8 @@ pub(crate) fn likelihood_of_tied(distance: f64) -> f64 {
 }
 
 const TIED: f64 = 20.0;
-
-/// Whether a name may be only like the cause.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Likeness {
-    // What is left in the end of the error that the effect was found by, as a share of it and of what the effect took away;
-    // zero where noise alone is left. Of an effect that relieves a tension only, one where more than noise is left.
-    share: f64,
-    // Effects that were accepted at the same place before; where more than noise is left, all others in the same joint:
-    // several laws beside each other stand for one that is missing.
-    company: usize,
-}
-
+// χ² distance beyond which a rival is none.
+const NO_RIVAL: f64 = 30.0;
 // Share left of an error by a law of which one in two is only like the true one.
 const LIKE: f64 = 0.1;
 // Mean square of whitened rows up to which nothing is left but noise, whose size is known to a part only; the same by that
@@ -62,36 +94,50 @@ fn rests_on_tension(evidence: &Evidence) -> bool {
     evidence.by_tension() && evidence.z < LEAST_Z
 }
 
-impl Likeness {
+impl Grounds {
     /// Of an accepted effect, by what the final model leaves of every channel.
-    pub fn of(search: &Search, explored: &Explored, left: &[Left], entry: &Accepted) -> Self {
-        let (evidence, layout) = (&entry.evidence, search.yardstick().problem.form.layout());
-        let dof = |e: &Accepted| layout.channels[e.evidence.channel].dof;
-        let accepted = &explored.state.accepted;
-        let concerns = |c: usize| rests_on_tension(evidence) || layout.channels[c].dof == dof(entry);
-        if !left.iter().enumerate().any(|(c, l)| concerns(c) && l.noise() < l.square) {
-            let before = accepted.iter().take_while(|a| a.trial.label() != entry.trial.label());
-            let company = before.filter(|a| a.trial.place == entry.trial.place).count();
-            return Self { share: 0.0, company };
+    pub(crate) fn of(search: &Search, explored: &Explored, left: &[Left], entry: &Accepted) -> Self {
+        let evidence = &entry.evidence;
+        let (share, company) = left_and_company(search, explored, left, entry);
+        Self {
+            by_tension: rests_on_tension(evidence),
+            z: evidence.z,
+            tension: evidence.tension,
+            temper: evidence.temper,
+            contribution: evidence.material.max(0.0).sqrt(),
+            next: entry.rivals.iter().map(|(_, d)| d.max(1.0)).fold(NO_RIVAL, f64::min),
+            tied: entry.rivals.iter().map(|(_, distance)| likelihood_of_tied(*distance)).sum(),
+            left: share,
+            company,
         }
-        let company = accepted.iter().filter(|a| dof(a) == dof(entry)).count() - 1;
-        if rests_on_tension(evidence) {
-            return Self { share: 1.0, company };
-        }
-        // In rows in which errors are told, which are the same in all steps.
-        let error = |rung: &Rung| mean_square(layout, evidence.channel, &rung.residual);
-        let rungs = &explored.rungs;
-        let step = rungs.iter().position(|rung| rung.added.contains(&entry.trial.label()));
-        let before = step.and_then(|step| rungs.get(step.checked_sub(1)?));
-        let errors = before.zip(rungs.last()).map(|(before, last)| [error(before), error(last)]);
-        let share = share_left(evidence.explained, errors, left[evidence.channel]);
-        Self { share, company }
     }
 
     /// True if so much is left that the effect is rather like the cause than the cause.
-    pub fn is_only_like(&self) -> bool {
-        self.share > LIKE
+    pub(crate) fn is_only_like(&self) -> bool {
+        self.left > LIKE
     }
+}
+
+fn left_and_company(search: &Search, explored: &Explored, left: &[Left], entry: &Accepted) -> (f64, usize) {
+    let (evidence, layout) = (&entry.evidence, search.yardstick().problem.form.layout());
+    let dof = |e: &Accepted| layout.channels[e.evidence.channel].dof;
+    let accepted = &explored.state.accepted;
+    let concerns = |c: usize| rests_on_tension(evidence) || layout.channels[c].dof == dof(entry);
+    if !left.iter().enumerate().any(|(c, l)| concerns(c) && l.noise() < l.square) {
+        let before = accepted.iter().take_while(|a| a.trial.label() != entry.trial.label());
+        return (0.0, before.filter(|a| a.trial.place == entry.trial.place).count());
+    }
+    let company = accepted.iter().filter(|a| dof(a) == dof(entry)).count() - 1;
+    if rests_on_tension(evidence) {
+        return (1.0, company);
+    }
+    // In rows in which errors are told, which are the same in all steps.
+    let error = |rung: &Rung| mean_square(layout, evidence.channel, &rung.residual);
+    let rungs = &explored.rungs;
+    let step = rungs.iter().position(|rung| rung.added.contains(&entry.trial.label()));
+    let before = step.and_then(|step| rungs.get(step.checked_sub(1)?));
+    let errors = before.zip(rungs.last()).map(|(before, last)| [error(before), error(last)]);
+    (share_left(evidence.explained, errors, left[evidence.channel]), company)
 }
 
 impl Left {

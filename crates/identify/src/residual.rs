@@ -42,6 +42,11 @@ pub(crate) trait ResidualForm: Sync {
     fn begin_anew(&self, _torques: LoggedTorques) {}
     /// Comes back to a reference.
     fn adopt(&self, _reference: &Arc<Reference>) {}
+    /// −2 log likelihood of what was measured by another model, about the present reference and under its noise; none
+    /// where there is no reference.
+    fn misfit(&self, _plant: &Plant, _p: &[f64]) -> Option<f64> {
+        None
+    }
 }
 
 /// How logged torques are taken.

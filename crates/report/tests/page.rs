@@ -57,6 +57,7 @@ fn diagnosis() -> Diagnosis {
         error_explained: 0.71,
         contribution: 12.0,
         values: vec![],
+        grounds: None,
         z: 41.0,
         rivals: vec![rival("stribeck_friction", 0.02), rival("viscous_friction", 0.01)],
     };
