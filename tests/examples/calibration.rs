@@ -45,10 +45,12 @@ struct Statement {
     seed: u64,
     told: f64,
     right: bool,
+    /// Among those that are tied with it.
+    share: f64,
     features: [f64; FEATURES],
 }
 
-// Lines: seed, kind of case, name, probability told, right or not, features.
+// Lines: seed, kind of case, name, probability told, right or not, share among the tied, features.
 fn collect(file: &str, seeds: Range<u64>) -> Result<(), Failure> {
     let out = Mutex::new(std::fs::OpenOptions::new().create(true).append(true).open(file)?);
     seeds.into_par_iter().for_each(|seed| {
@@ -62,10 +64,11 @@ fn collect(file: &str, seeds: Range<u64>) -> Result<(), Failure> {
                 eprintln!("{seed} {kind} {:?} → {} {:?}", case.hidden, outcome.verdict, outcome.accepted);
                 let of = |c: &sinew_identify::CandidateReport| {
                     let right = case.hidden.contains(&(c.effect.clone(), c.place.clone()));
-                    let features = c.grounds?.features().map(|f| format!("{f:.5}")).join(" ");
-                    let name = format!("{}@{}", c.effect, c.place);
-                    let right = u8::from(right);
-                    Some(format!("{seed} {kind} {name} {:.4} {right} {features}\n", c.probability))
+                    let grounds = c.grounds?;
+                    let features = grounds.features().map(|f| format!("{f:.5}")).join(" ");
+                    let (name, right) = (format!("{}@{}", c.effect, c.place), u8::from(right));
+                    let share = grounds.share_among_tied();
+                    Some(format!("{seed} {kind} {name} {:.4} {right} {share:.5} {features}\n", c.probability))
                 };
                 diagnosis.candidates.iter().filter_map(of).collect::<String>()
             }
@@ -79,12 +82,13 @@ fn collect(file: &str, seeds: Range<u64>) -> Result<(), Failure> {
 fn read(file: &str) -> Result<Vec<Statement>, Failure> {
     let of = |line: &str| -> Option<Statement> {
         let words: Vec<&str> = line.split_whitespace().collect();
-        let [seed, _, _, told, right, features @ ..] = &words[..] else { return None };
+        let [seed, _, _, told, right, share, features @ ..] = &words[..] else { return None };
         let features: Vec<f64> = features.iter().map(|f| f.parse().ok()).collect::<Option<_>>()?;
         Some(Statement {
             seed: seed.parse().ok()?,
             told: told.parse().ok()?,
             right: *right == "1",
+            share: share.parse().ok()?,
             features: features.try_into().ok()?,
         })
     };
@@ -102,40 +106,47 @@ fn fit(statements: &[Statement]) -> Result<(), Failure> {
         let inside = |s: &&Statement| s.seed % FOLDS == fold;
         let (judged, fitted): (Vec<&Statement>, Vec<&Statement>) = all.iter().partition(|s| inside(s));
         let w = weights(&fitted).ok_or("no fit")?;
-        unseen.extend(judged.iter().map(|s| (probability(&w, &s.features), s.right)));
+        unseen.extend(judged.iter().map(|s| (probability(&w, s), s.right)));
     }
     println!("each seed judged by weights of the others:\n{}", reliability(&unseen));
     Ok(())
 }
 
 const FOLDS: u64 = 5;
-// Variance of a weight before anything is seen, but of the first.
-const WIDTH: f64 = 9.0;
-const ROUNDS: usize = 60;
+// What the weights are taken for before anything is seen, and the standard deviation of each: those of the prototype's
+// population (Laplace's method, logistic in z, tension, distance, company; half the square of what is left as odds).
+const BEFORE: [f64; FEATURES] = [-6.1, 1.8, 2.2, 1.1, 0.93, -1.2, -1.0, 0.0];
+const WIDTH: f64 = 1.0;
+const FIRST_WIDTH: f64 = 5.0;
+const ROUNDS: usize = 200;
 
-fn probability(weights: &[f64; FEATURES], features: &[f64; FEATURES]) -> f64 {
-    let logit: f64 = weights.iter().zip(features).map(|(w, f)| w * f).sum();
-    (1.0 / (1.0 + (-logit).exp())).clamp(0.02, 0.99)
+// P = share/(1 + e^(−w·f))
+fn probability(weights: &[f64; FEATURES], s: &Statement) -> f64 {
+    let logit: f64 = weights.iter().zip(&s.features).map(|(w, f)| w * f).sum();
+    (s.share / (1.0 + (-logit).exp())).clamp(0.02, 0.99)
 }
 
-// Newton's method on the penalised log likelihood.
+// Fisher's scoring on the penalised log likelihood: dP/dη = P (1 − P/share), score Σ (y − P)/(P (1 − P)) dP/dη f.
 fn weights(statements: &[&Statement]) -> Option<[f64; FEATURES]> {
-    let mut w = DVector::zeros(FEATURES);
-    let ridge = |k: usize| if k == 0 { 1e-6 } else { 1.0 / WIDTH };
+    let mut w = DVector::from_row_slice(&BEFORE);
+    let weight = |k: usize| (if k == 0 { FIRST_WIDTH } else { WIDTH }).powi(-2);
     for _ in 0..ROUNDS {
-        let mut g = DVector::from_fn(FEATURES, |k, _| -ridge(k) * w[k]);
-        let mut h = DMatrix::from_fn(FEATURES, FEATURES, |i, j| if i == j { ridge(i) } else { 0.0 });
+        let mut g = DVector::from_fn(FEATURES, |k, _| weight(k) * (BEFORE[k] - w[k]));
+        let mut h = DMatrix::from_fn(FEATURES, FEATURES, |i, j| if i == j { weight(i) } else { 0.0 });
         for s in statements {
             let x = DVector::from_row_slice(&s.features);
-            let p = 1.0 / (1.0 + (-w.dot(&x)).exp());
+            let sigma = 1.0 / (1.0 + (-w.dot(&x)).exp());
+            let p = (s.share * sigma).clamp(1e-9, 1.0 - 1e-9);
+            let slope = s.share * sigma * (1.0 - sigma);
+            let variance = (p * (1.0 - p)).max(1e-12);
             let y = f64::from(u8::from(s.right));
-            g += &x * (y - p);
-            h += &x * x.transpose() * (p * (1.0 - p));
+            g += &x * (slope * (y - p) / variance);
+            h += &x * x.transpose() * (slope * slope / variance);
         }
         let step: DVector<f64> = h.cholesky()?.solve(&g);
         let length = step.amax();
-        w += step * (1.0 / length.max(1.0));
-        if length < 1e-9 {
+        w += step * (0.5 / length.max(0.5));
+        if length < 1e-8 {
             break;
         }
     }
@@ -157,7 +168,10 @@ fn reliability(statements: &[(f64, bool)]) -> String {
     }
     let brier: f64 = sorted.iter().map(|(p, y)| (p - f64::from(u8::from(*y))).powi(2)).sum::<f64>() / n;
     let sure: Vec<(f64, bool)> = sorted.iter().copied().filter(|x| x.0 >= SURE).collect();
-    text += &format!("\n{n} names, {:.0} right; expected calibration error {error:.3}, Brier {brier:.3}; ", right(&sorted));
+    text += &format!(
+        "\n{n} names, {:.0} right; expected calibration error {error:.3}, Brier {brier:.3}; ",
+        right(&sorted)
+    );
     text += &format!("of {} with {SURE} and more {:.0} right", sure.len(), right(&sure));
     text
 }

@@ -3,15 +3,17 @@
 //! ```text
 //! cargo run --release -p sinew-tests --example case -- 1|2|6 EFFECT[+EFFECT]|CAUSE|nothing SEED [full|motor|current|link|all [fine|coarse [SIZE [imposed|innovation]]]]
 //! cargo run --release -p sinew-tests --example case -- drawn SEED [EFFECT|nothing] [full|motor|current|link|all] [imposed|innovation]
+//! cargo run --release -p sinew-tests --example case -- mixed SEED [imposed|innovation]
 //! ```
 
 use sinew_identify::{Options, Residual};
 use sinew_tests::{
-    Arm, Case, Conditions, Sensors, drawn_case, foreign_causes, hidden_effects, judge, null_case,
+    Arm, Case, Conditions, Sensors, drawn_case, foreign_causes, hidden_effects, judge, mixed_case, null_case,
 };
 
 const USAGE: &str = "usage: case 1|2|6 EFFECT[+EFFECT]|CAUSE|nothing SEED [full|motor|current|link|all [fine|coarse [SIZE [imposed|innovation]]]]
-       case drawn SEED [EFFECT|nothing] [full|motor|current|link|all] [imposed|innovation]";
+       case drawn SEED [EFFECT|nothing] [full|motor|current|link|all] [imposed|innovation]
+       case mixed SEED [imposed|innovation]";
 
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -61,6 +63,10 @@ fn asked(args: &[String]) -> Option<(Arm, Case)> {
         let is_effect = |a: &&str| !["imposed", "innovation"].contains(a) && Sensors::named(a).is_none();
         let effect = args.get(2).map(String::as_str).filter(is_effect);
         return Some(drawn_case(args.get(1)?.parse().ok()?, 1.0, effect, sensors));
+    }
+    if args[0] == "mixed" {
+        let (arm, case, _) = mixed_case(args.get(1)?.parse().ok()?);
+        return Some((arm, case));
     }
     let word = |k: usize, default: &'static str| args.get(k).cloned().unwrap_or(default.to_owned());
     let arm = Arm::of_joints(args.first()?.parse().ok()?)?;

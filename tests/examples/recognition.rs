@@ -16,8 +16,8 @@ use rayon::prelude::*;
 use sinew_identify::{Options, Verdict};
 use sinew_simulate::Stream;
 use sinew_tests::{
-    Arm, Case, Conditions, Hidden, Outcome, Sensors, are_twins, confusion, drawn_case, foreign_causes, hidden_effects,
-    judge, null_case,
+    Arm, Case, Conditions, Hidden, Outcome, Sensors, are_twins, confusion, drawn_case, foreign_causes,
+    hidden_effects, judge, null_case,
 };
 
 type Failure = Box<dyn std::error::Error>;

@@ -1,13 +1,15 @@
-//! The ladder: accept effects step by step, undo what makes unseen runs worse, prune what is no longer needed.
+//! The ladder: accept effects step by step, undo what makes unseen runs worse, prune what is no longer needed, exchange
+//! what another explains better beside the others.
 
 use rayon::prelude::*;
 
 use crate::IdentifyError;
 use crate::comparison::by_channel;
+use crate::exchange::exchanged;
 use crate::fitting::parameters;
 use crate::gates::{Evidence, Pair};
 use crate::problem::{Candidate, Problem, refine};
-use crate::refit::Refit;
+use crate::refit::{Fitted, Refit};
 use crate::search::{Accepted, Round, Search, State};
 use crate::trial::{How, Trial};
 use crate::verdict::rms;
@@ -74,10 +76,10 @@ pub(crate) struct Explored {
 // Steps tried for each step that may be taken.
 const MOST_STEPS: usize = 2;
 // A step that makes the unseen error worse by more than this share is undone.
-const WORSE: f64 = 1.01;
+pub(crate) const WORSE: f64 = 1.01;
 // Share of the promised fall of χ² that the likelihood of the log must show, and what chance may take of it.
 const KEPT: f64 = 0.25;
-const CHANCE: f64 = 10.0;
+pub(crate) const CHANCE: f64 = 10.0;
 // Standard deviations from zero of a strength that is there.
 const SURE: f64 = 2.0;
 
@@ -128,7 +130,10 @@ pub(crate) fn explore(
         rungs.push(rung(search, &labels, &state, unseen));
         step += 1;
     }
-    let state = pruned(search, state, &mut rungs, unseen)?;
+    let mut state = pruned(search, state, &mut rungs, unseen)?;
+    if exchanged(search, &mut state, &mut rungs, unseen)? {
+        state = pruned(search, state, &mut rungs, unseen)?;
+    }
     Ok(Explored { state, rungs, last })
 }
 
@@ -191,7 +196,8 @@ fn unlikely_at_once(search: &Search, state: &State, round: &mut Round) -> Vec<(T
 
 // Why a fall of −2 log likelihood is less than rows promised.
 fn too_little_kept(kept: f64, promised: f64, about: &str) -> Option<String> {
-    let reason = || format!("about {about} it explains {kept:.0} of the χ² of {promised:.0} that it promised");
+    let reason =
+        || format!("about {about} it explains {kept:.0} of the χ² of {promised:.0} that it promised");
     (kept < KEPT * promised - CHANCE).then(reason)
 }
 
@@ -211,7 +217,7 @@ fn unsure(search: &Search, before: &State, after: &State) -> Vec<(Trial, String)
     added.map(|entry| (entry.trial.clone(), reason.to_owned())).collect()
 }
 
-fn rung(search: &Search, added: &[String], state: &State, unseen: Option<&Unseen>) -> Rung {
+pub(crate) fn rung(search: &Search, added: &[String], state: &State, unseen: Option<&Unseen>) -> Rung {
     Rung {
         added: added.to_vec(),
         residual: search.told(state),
@@ -271,39 +277,51 @@ fn superfluous(
     k: usize,
     unseen: Option<&Unseen>,
 ) -> Result<Option<(State, String)>, IdentifyError> {
-    let layout = search.problem.form.layout();
     let mut reduced = without(search.problem, state, k)?;
     let at = reduced.linearise(search.problem);
     let at = refine(search.problem, &mut reduced, &state.whitener, at, 3);
-    let white = state.whitener.apply(layout, &at.residual);
-    let (entry, fitted) = (&state.accepted[k], &state.fitted);
-    let pair = Pair {
-        before: &white,
-        after: &fitted.white,
-        raw_before: &at.residual,
-        raw_after: &fitted.at.residual,
-    };
-    let mut folds = vec![0.0; layout.folds];
-    for row in 0..layout.len {
-        folds[layout.fold[row]] += white[row].powi(2) - fitted.white[row].powi(2);
-    }
-    let tension = reduced.penalty() - fitted.model.penalty();
-    let evidence = Evidence::of(layout, &pair, tension, entry.trial.parameters, &folds, &search.channel_std);
+    let reduced = Fitted::of(search.problem.form.layout(), &state.whitener, reduced, at);
+    let evidence = evidence_between(search, &reduced, &state.fitted, state.accepted[k].trial.parameters);
     let Some(reason) = evidence.refused(search.problem.options, 1) else { return Ok(None) };
-    let mut accepted = state.accepted.clone();
-    let removed = accepted.remove(k);
-    if matches!(removed.trial.how, How::New { .. }) {
-        for a in &mut accepted {
-            a.effect -= usize::from(a.effect > removed.effect);
-        }
-    }
-    let candidate = search.settled(reduced, at, accepted)?;
+    let candidate = search.settled(reduced.model, reduced.at, accepted_without(state, k))?;
     let is_worse = error(search, &candidate, unseen) > WORSE * error(search, state, unseen);
     Ok((!is_worse).then_some((candidate, reason)))
 }
 
-// Error by floor: on unseen runs where there are any, else on the fitted ones.
-fn error(search: &Search, state: &State, unseen: Option<&Unseen>) -> f64 {
+/// What speaks for one fitted model against another, both under one noise.
+pub(crate) fn evidence_between(
+    search: &Search,
+    before: &Fitted,
+    after: &Fitted,
+    parameters: usize,
+) -> Evidence {
+    let layout = search.problem.form.layout();
+    let pair = Pair {
+        before: &before.white,
+        after: &after.white,
+        raw_before: &before.at.residual,
+        raw_after: &after.at.residual,
+    };
+    let mut folds = vec![0.0; layout.folds];
+    for row in 0..layout.len {
+        folds[layout.fold[row]] += before.white[row].powi(2) - after.white[row].powi(2);
+    }
+    let tension = before.model.penalty() - after.model.penalty();
+    Evidence::of(layout, &pair, tension, parameters, &folds, &search.channel_std)
+}
+
+/// The accepted effects of a state but number `k`, as they are numbered in the model without it.
+pub(crate) fn accepted_without(state: &State, k: usize) -> Vec<Accepted> {
+    let mut accepted = state.accepted.clone();
+    let removed = accepted.remove(k);
+    if matches!(removed.trial.how, How::New { .. }) {
+        accepted.iter_mut().for_each(|a| a.effect -= usize::from(a.effect > removed.effect));
+    }
+    accepted
+}
+
+/// Error by floor: on unseen runs where there are any, else on the fitted ones.
+pub(crate) fn error(search: &Search, state: &State, unseen: Option<&Unseen>) -> f64 {
     if let Some(unseen) = unseen {
         return unseen.total(&state.fitted.model);
     }
@@ -311,7 +329,7 @@ fn error(search: &Search, state: &State, unseen: Option<&Unseen>) -> f64 {
 }
 
 /// The model of `state` without its accepted effect number `k`.
-fn without(problem: &Problem, state: &State, k: usize) -> Result<Candidate, IdentifyError> {
+pub(crate) fn without(problem: &Problem, state: &State, k: usize) -> Result<Candidate, IdentifyError> {
     let model = &state.fitted.model;
     let Accepted { trial, effect, .. } = &state.accepted[k];
     let mut specs = model.specs.clone();

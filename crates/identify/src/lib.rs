@@ -13,6 +13,7 @@ mod comparison;
 mod descent;
 mod diagnosis;
 mod error;
+mod exchange;
 mod explore;
 mod features;
 mod fitting;

@@ -33,16 +33,16 @@ pub struct Grounds {
 }
 
 /// Numbers in which the logit of a probability is linear.
-pub const FEATURES: usize = 9;
+pub const FEATURES: usize = 8;
 
 // Their weights, as fitted by `calibration` (docs/recognition.md).
-const WEIGHTS: [f64; FEATURES] = [-6.1, 1.8, 2.2, 1.1, 0.93, -1.2, -1.0, -1.0, 0.0];
+const WEIGHTS: [f64; FEATURES] = [-6.1, 1.8, 2.2, 1.1, 0.93, -1.2, -1.0, 0.0];
 const LEAST: f64 = 0.02;
 const MOST: f64 = 0.99;
 
 impl Grounds {
     /// One, the tension route, ln z of the data route, ln of the tension of its route, ln of the distance to the next, the
-    /// company, ln(1 + (left/0.1)²), ln(1 + Σ e^(−Δχ²/20)) over the tied rivals, and ln of what is left in units of noise.
+    /// company, ln(1 + (left/0.1)²), and ln of what is left in units of noise.
     ///
     /// A law that is only like the true one takes most of its error away and leaves the rest: the seventh.
     pub fn features(&self) -> [f64; FEATURES] {
@@ -55,19 +55,23 @@ impl Grounds {
             self.next.clamp(1.0, NO_RIVAL).ln(),
             self.company as f64,
             (1.0 + (self.left / LIKE).powi(2)).ln(),
-            (1.0 + self.tied).ln(),
             self.temper.max(1.0).ln(),
         ]
+    }
+
+    /// Its share among those that are tied with it: 1/(1 + Σ e^(−Δχ²/20)) over its rivals.
+    pub fn share_among_tied(&self) -> f64 {
+        1.0 / (1.0 + self.tied)
     }
 
     /// How often a name on such grounds is right.
     ///
     /// ```text
-    /// P = 1/(1 + e^(−w·f)),   0.02 ≤ P ≤ 0.99
+    /// P = share among tied/(1 + e^(−w·f)),   0.02 ≤ P ≤ 0.99
     /// ```
     pub fn probability(&self) -> f64 {
         let logit: f64 = self.features().iter().zip(WEIGHTS).map(|(f, w)| f * w).sum();
-        (1.0 / (1.0 + (-logit).exp())).clamp(LEAST, MOST)
+        (self.share_among_tied() / (1.0 + (-logit).exp())).clamp(LEAST, MOST)
     }
 }
 

@@ -9,6 +9,7 @@ use sinew_model::EffectSpec;
 
 use crate::IdentifyError;
 use crate::colour::{Whitener, rows_of};
+use crate::exchange::{Other, others};
 use crate::features::random_features;
 use crate::freedom::Springs;
 use crate::gates::z_between;
@@ -74,6 +75,8 @@ pub(crate) struct Accepted {
     pub evidence: crate::gates::Evidence,
     /// The next best significant candidates of its step, with their evidence and χ² disadvantage.
     pub rivals: Vec<(Trial, f64)>,
+    /// What may be tried in its place once others stand beside it.
+    pub others: Vec<Other>,
 }
 
 /// A search over one set of runs.
@@ -113,9 +116,9 @@ const NEARLY: f64 = 0.1;
 const FEATURES: usize = 140;
 // Share of the samples that a limit of a drive may cut off.
 const MOST_CUT: f64 = 0.4;
-// Differences of χ² and z below which two candidates are tied.
-const TIE_CHI: f64 = 10.0;
-const TIE_Z: f64 = 3.0;
+/// Differences of χ² and z below which two candidates are tied.
+pub(crate) const TIE_CHI: f64 = 10.0;
+pub(crate) const TIE_Z: f64 = 3.0;
 
 impl<'a> Search<'a> {
     pub fn new(problem: &'a Problem<'a>, records: &'a [Record], sensors: &'a Sensors) -> Self {
@@ -439,28 +442,29 @@ impl<'a> Search<'a> {
     /// with friction missing in every joint needs one step, not one for each.
     pub fn accept(&self, state: &State, round: Round) -> Result<Option<State>, IdentifyError> {
         let Some((chosen, rivals)) = self.choose(&round) else { return Ok(None) };
+        let mut beside: Vec<Vec<Other>> = round.passed.iter().map(|one| others(&round.passed, one)).collect();
         let mut passed: Vec<Option<Refit>> = round.passed.into_iter().map(Some).collect();
         let Some(first) = passed[chosen].take() else { return Ok(None) };
-        let mut companions: Vec<Refit> = Vec::new();
-        for other in passed.into_iter().flatten() {
+        let mut companions: Vec<(Refit, Vec<Other>)> = Vec::new();
+        for (k, other) in passed.into_iter().enumerate() {
+            let Some(other) = other else { continue };
             let apart = |o: &Refit| {
                 o.trial.place != other.trial.place
                     && overlap(&state.fitted.white, &o.fitted.white, &other.fitted.white) < OVERLAP
             };
             let new = matches!(other.trial.how, How::New { .. });
-            if new && apart(&first) && companions.iter().all(apart) {
-                companions.push(other);
+            if new && apart(&first) && companions.iter().all(|(o, _)| apart(o)) {
+                companions.push((other, std::mem::take(&mut beside[k])));
             }
         }
         let mut accepted = state.accepted.clone();
-        accepted.push(taken(&first, rivals));
+        accepted.push(Accepted { others: std::mem::take(&mut beside[chosen]), ..taken(&first, rivals) });
         let mut model = first.fitted.model;
-        for companion in companions {
+        for (companion, others) in companions {
             let How::New { spec, .. } = &companion.trial.how else { continue };
             model = appended(self.problem, model, spec, &companion.fitted.model)?;
-            let mut entry = taken(&companion, Vec::new());
-            entry.effect = model.specs.len() - 1;
-            accepted.push(entry);
+            let effect = model.specs.len() - 1;
+            accepted.push(Accepted { effect, others, ..taken(&companion, Vec::new()) });
         }
         self.settled_anew(model, |model| self.descended(model, &state.whitener), accepted).map(Some)
     }
@@ -486,7 +490,13 @@ pub(crate) fn taken(refit: &Refit, rivals: Vec<(Trial, f64)>) -> Accepted {
         How::New { .. } => refit.fitted.model.specs.len() - 1,
         How::Release { unknowns } => refit.fitted.model.unknowns[unknowns[0]].id.effect,
     };
-    Accepted { trial: refit.trial.clone(), effect, evidence: refit.evidence.clone(), rivals }
+    Accepted {
+        trial: refit.trial.clone(),
+        effect,
+        evidence: refit.evidence.clone(),
+        rivals,
+        others: Vec::new(),
+    }
 }
 
 // The model with one more effect, at the values that its own refit gave it.
