@@ -113,9 +113,9 @@ fn fit(statements: &[Statement]) -> Result<(), Failure> {
 }
 
 const FOLDS: u64 = 5;
-// What the weights are taken for before anything is seen, and the standard deviation of each: those of the prototype's
-// population (Laplace's method, logistic in z, tension, distance, company; half the square of what is left as odds).
-const BEFORE: [f64; FEATURES] = [-6.1, 1.8, 2.2, 1.1, 0.93, -1.2, -1.0, 0.0];
+// What the weights are taken for before anything is seen, those of a prototype on another population, and the standard
+// deviation of each: so few names may move them only where they speak clearly.
+const BEFORE: [f64; FEATURES] = [-6.1, 1.8, 2.2, 1.1, 0.93, -1.2, -1.0];
 const WIDTH: f64 = 1.0;
 const FIRST_WIDTH: f64 = 5.0;
 const ROUNDS: usize = 200;
@@ -123,7 +123,7 @@ const ROUNDS: usize = 200;
 // P = share/(1 + e^(−w·f))
 fn probability(weights: &[f64; FEATURES], s: &Statement) -> f64 {
     let logit: f64 = weights.iter().zip(&s.features).map(|(w, f)| w * f).sum();
-    (s.share / (1.0 + (-logit).exp())).clamp(0.02, 0.99)
+    (s.share / (1.0 + (-logit).exp())).clamp(0.02, 0.96)
 }
 
 // Fisher's scoring on the penalised log likelihood: dP/dη = P (1 − P/share), score Σ (y − P)/(P (1 − P)) dP/dη f.

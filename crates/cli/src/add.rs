@@ -31,7 +31,7 @@ impl Add {
         for argument in &self.effects {
             let spec = effect(argument, &file.robot)?;
             let stated = file.robot.all_effects();
-            if stated.iter().any(|e| e.kind == spec.kind && e.place == spec.place) {
+            if stated.iter().chain(&effects).any(|e| e.is_same_as(&spec)) {
                 let what = "the robot has this effect already".to_owned();
                 return Err(CliError::usage(argument, what, "`sinew fit` estimates its parameters"));
             }

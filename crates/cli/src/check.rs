@@ -7,7 +7,7 @@ use clap::Args;
 use serde::Serialize;
 use sinew_data::{Note, Quantity, Run, RunSpec, Severity, check_run, find_repeats};
 use sinew_effects::CATALOGUE;
-use sinew_identify::{Options, torque_checks};
+use sinew_identify::{Options, range_checks, torque_checks};
 use sinew_model::Robot;
 use sinew_report::number;
 
@@ -46,6 +46,7 @@ impl Check {
             all.extend(check_run(run));
         }
         all.extend(repeats(&runs));
+        all.extend(range_checks(&file.robot, &runs));
         all.extend(torque_checks(&file.robot, &CATALOGUE, &runs, &Options::default()));
         let (notes, mut problems): (Vec<_>, Vec<_>) =
             all.into_iter().partition(|n| n.severity == Severity::Note);

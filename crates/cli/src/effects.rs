@@ -2,11 +2,11 @@
 
 use clap::Args;
 use serde_json::{Value, json};
+use sinew_data::nearest;
 use sinew_effect::{Entry, Family};
 use sinew_effects::{CATALOGUE, page};
 
 use crate::console::Console;
-use crate::effect_argument::entry;
 use crate::error::CliError;
 
 /// Arguments of `sinew effects`.
@@ -29,7 +29,7 @@ impl Effects {
     pub fn run(&self, console: &Console) -> Result<(), CliError> {
         match &self.name {
             Some(name) => {
-                let entry = entry(name)?;
+                let entry = CATALOGUE.find(name).ok_or_else(|| unknown(name))?;
                 console.answer(&object(entry), || page(entry.card))
             }
             None => {
@@ -38,6 +38,15 @@ impl Effects {
             }
         }
     }
+}
+
+fn unknown(name: &str) -> CliError {
+    let known: Vec<&str> = CATALOGUE.entries.iter().map(|e| e.card.name).collect();
+    let help = match nearest(name, &known) {
+        Some(meant) => format!("did you mean \"{meant}\"?"),
+        None => "`sinew effects` lists all of them".to_owned(),
+    };
+    CliError::usage(name, "no effect of the catalogue", help)
 }
 
 fn list() -> String {

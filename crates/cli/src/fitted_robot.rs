@@ -7,8 +7,7 @@ pub(crate) fn with_effects(robot: &Robot, effects: &[EffectSpec]) -> Robot {
     let mut robot = robot.clone();
     for effect in effects {
         if !set_joint(&mut robot, effect) {
-            let same = |e: &EffectSpec| e.kind == effect.kind && e.place == effect.place;
-            match robot.effects.iter_mut().find(|e| same(e)) {
+            match robot.effects.iter_mut().find(|e| e.is_same_as(effect)) {
                 Some(stated) => stated.clone_from(effect),
                 None => robot.effects.push(effect.clone()),
             }
@@ -47,5 +46,15 @@ mod tests {
         let robot = with_effects(&robot, &[friction(1.0), spring, friction(2.0)]);
         assert_eq!(robot.effects, [friction(2.0)]);
         assert_eq!(robot.joints[0].stiffness, Some(150.0));
+    }
+
+    #[test]
+    fn offsets_of_two_sensors_of_a_joint_are_two_effects() {
+        let robot = Robot::rigid(samples::pendulum(1.0, 0.5));
+        let offset =
+            EffectSpec::new("torque_sensor_offset", Place::Joint("pivot".into())).with("offset", 0.4);
+        let behind = offset.clone().said("signal", "joint_torque").with("offset", -0.1);
+        let robot = with_effects(&robot, &[offset.clone(), behind.clone()]);
+        assert_eq!(robot.effects, [offset, behind]);
     }
 }

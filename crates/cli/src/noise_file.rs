@@ -2,14 +2,27 @@
 
 use std::path::Path;
 
-use sinew_data::{SensorFact, SensorFacts};
+use sinew_data::{SensorFact, SensorFacts, nearest};
+use sinew_model::Model;
 use sinew_simulate::{Noise, SensorNoise};
 
 use crate::error::CliError;
 
 /// Reads noise from a file: `QUANTITY.std`, `QUANTITY.resolution`, and the same with `QUANTITY.JOINT`.
-pub(crate) fn read(path: &Path) -> Result<Noise, CliError> {
-    Ok(noise(SensorFacts::read(path)?))
+///
+/// # Errors
+/// If it cannot be read, or names a joint that the robot does not have.
+pub(crate) fn read(path: &Path, model: &Model) -> Result<Noise, CliError> {
+    let noise = noise(SensorFacts::read(path)?);
+    let joints: Vec<&str> = (0..model.nv).map(|dof| model.dof_name(dof)).collect();
+    let unknown = noise.sensors.iter().filter_map(|s| s.joint.as_deref()).find(|j| !joints.contains(j));
+    let Some(unknown) = unknown else { return Ok(noise) };
+    let what = format!("no joint \"{unknown}\" in robot \"{}\" (it has {})", model.name, joints.join(", "));
+    let help = match nearest(unknown, &joints) {
+        Some(joint) => format!("did you mean \"{joint}\"?"),
+        None => "write QUANTITY.JOINT with a joint of the robot, or QUANTITY alone for all".to_owned(),
+    };
+    Err(CliError::usage(path.display().to_string(), what, help))
 }
 
 fn noise(facts: SensorFacts) -> Noise {

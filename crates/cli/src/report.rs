@@ -29,6 +29,11 @@ pub(crate) struct Report {
 
 impl Report {
     pub fn run(&self, console: &Console) -> Result<(), CliError> {
+        let folder = self.output.parent().filter(|f| !f.as_os_str().is_empty());
+        if folder.is_some_and(|f| !f.is_dir()) {
+            let place = self.output.display().to_string();
+            return Err(CliError::usage(place, "there is no such folder", "make the folder first"));
+        }
         let (file, runs) = self.inputs.read(console)?;
         let check = self.inputs.columns.read(&self.check)?;
         console.say("searching the catalogue …");

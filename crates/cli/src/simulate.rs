@@ -75,8 +75,11 @@ impl Simulate {
         } else {
             Start::sagging(&plant, &p, &start)?
         };
-        options.noise =
-            if self.noise == Path::new("none") { Noise::default() } else { noise_file::read(&self.noise)? };
+        options.noise = if self.noise == Path::new("none") {
+            Noise::default()
+        } else {
+            noise_file::read(&self.noise, &file.robot.model)?
+        };
         options.seed = self.seed;
         console.say("simulating …");
         let simulated = simulate(&plant, &p, drive.as_mut(), &options)?;

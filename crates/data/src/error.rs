@@ -128,7 +128,7 @@ pub enum DataError {
     },
     /// A value is NaN or infinite.
     #[error(
-        "{place}: column \"{column}\" is not finite (got {got})\n  help: drop the row, or use a window of the run without it: FILE@FROM..TO"
+        "{place}: column \"{column}\" is not finite (got {got})\n  help: drop the row, or cut the file there: what is not a number is refused even outside a window"
     )]
     NotFinite {
         /// File and line.

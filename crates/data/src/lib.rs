@@ -44,3 +44,4 @@ pub use run::{Run, Signal};
 pub use run_spec::RunSpec;
 pub use sensor_facts::{SensorFact, SensorFacts};
 pub use smoother::Smoother;
+pub use spelling::nearest;

@@ -8,7 +8,7 @@ use crate::file::{file_name, read_text};
 use crate::note::{Note, Severity};
 use crate::quantity::SignalName;
 use crate::run::{Origin, Run, Signal};
-use crate::sensor_facts::SensorFacts;
+use crate::sensor_facts::{SensorFact, SensorFacts};
 use crate::spelling::nearest;
 
 /// Reads a run from a `.csv` or `.csv.gz` file.
@@ -92,6 +92,21 @@ fn state_sensors(run: &mut Run, path: &Path, columns: Option<&ColumnMap>) -> Res
         true => SensorFacts::parse(&read_text(&beside)?, &file_name(&beside))?,
         false => SensorFacts::default(),
     };
+    let is_there = |fact: &SensorFact| {
+        fact.place.as_ref().is_none_or(|place| run.signal(fact.quantity, place).is_some())
+    };
+    let note = |fact: &SensorFact| Note {
+        severity: Severity::Warning,
+        place: file_name(&beside),
+        statement: format!(
+            "states noise of {}.{}, which the run does not have",
+            fact.quantity,
+            fact.place.as_deref().unwrap_or_default()
+        ),
+        help: "compare its spelling with the header of the run".to_owned(),
+    };
+    let notes: Vec<Note> = own.list.iter().filter(|f| !is_there(f)).map(note).collect();
+    run.notes.extend(notes);
     for signal in &mut run.signals {
         own.apply(signal);
         if let Some(map) = columns {

@@ -3,7 +3,12 @@
 use strsim::osa_distance;
 
 /// The word of `allowed` that `word` was probably meant to be: at most a third of its letters are wrong.
-pub(crate) fn nearest<'a>(word: &str, allowed: &[&'a str]) -> Option<&'a str> {
+///
+/// # Example
+/// ```
+/// assert_eq!(sinew_data::nearest("elbw", &["shoulder", "elbow"]), Some("elbow"));
+/// ```
+pub fn nearest<'a>(word: &str, allowed: &[&'a str]) -> Option<&'a str> {
     let limit = word.chars().count().div_ceil(3);
     let closest = allowed.iter().map(|&candidate| (osa_distance(word, candidate), candidate)).min()?;
     (closest.0 <= limit).then_some(closest.1)

@@ -5,6 +5,7 @@ use sinew_effect::{Catalogue, Requirement};
 use sinew_model::{EffectSpec, Place, Robot};
 
 use crate::comparison::Prepared;
+use crate::range_checks::range_checks;
 use crate::record::all_have;
 use crate::report::Finding;
 use crate::torque_checks::torque_notes;
@@ -76,6 +77,7 @@ fn checked(
     options: &Options,
 ) -> Result<Vec<Finding>, IdentifyError> {
     let mut notes: Vec<Note> = runs.iter().flat_map(check_run).collect();
+    notes.extend(range_checks(robot, runs));
     notes.extend(torque_notes(robot, catalogue, prepared, options));
     notes.retain(|n| n.severity != Severity::Note);
     if let Some(fatal) = notes.iter().find(|n| n.severity == Severity::Error && !options.force) {

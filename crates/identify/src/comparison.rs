@@ -12,7 +12,7 @@ use crate::colour::rows_of;
 use crate::problem::{Candidate, Problem};
 use crate::record::{Record, Sensors};
 use crate::report::Finding;
-use crate::residual::Imposed;
+use crate::residual::{Imposed, ResidualForm, TRANSIENT};
 use crate::scale::Scales;
 use crate::search::Search;
 use crate::spread::std;
@@ -143,6 +143,16 @@ fn refuse_bending(robot: &Robot) -> Result<(), IdentifyError> {
     })
 }
 
+// Rows of the richest channel from which anything can be said, and the range of a position, in units of its noise, that is a
+// motion.
+const FEWEST_ROWS: usize = 60;
+const REST: f64 = 20.0;
+
+fn range(x: &[f64]) -> f64 {
+    let (least, most) = x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
+    most - least
+}
+
 /// Runs made ready, with what they measure.
 pub(crate) struct Prepared {
     pub records: Vec<Record>,
@@ -155,7 +165,36 @@ impl Prepared {
         refuse_bending(robot)?;
         let sensors = Sensors::of(robot, runs)?;
         let scales = Scales::of(runs, options);
-        Self::with(robot, runs, sensors, scales)
+        let prepared = Self::with(robot, runs, sensors, scales)?;
+        prepared.hold_enough(robot)?;
+        Ok(prepared)
+    }
+
+    // A comparison of a few rows, or of a robot at rest, finds nothing, and says so as if nothing were missing.
+    fn hold_enough(&self, robot: &Robot) -> Result<(), IdentifyError> {
+        let form = self.form(robot);
+        let layout = form.layout();
+        let rows = |c: usize| layout.of_channel(c).flat_map(|s| s.first..s.first + s.len);
+        let kept = |c: usize| rows(c).filter(|&k| layout.keep[k]).count();
+        let most = (0..layout.channels.len()).map(kept).max().unwrap_or(0);
+        let row = self.scales.step() * self.scales.every as f64;
+        let [least, have] = [FEWEST_ROWS, most].map(|rows| rows as f64 * row);
+        let moves =
+            |r: &Record| r.theta.iter().zip(&r.position_noise).any(|(x, noise)| range(x) > REST * noise);
+        let (what, help) = if !self.records.iter().any(moves) {
+            ("nothing moves in it".to_owned(), "record a motion, or check which columns the map names")
+        } else if most < FEWEST_ROWS {
+            (
+                format!(
+                    "too short: {have:.1} s that can be compared (needed: {least:.1} s, after {TRANSIENT} s in which springs settle and what the filters take at both ends)"
+                ),
+                "record longer, or use a wider window",
+            )
+        } else {
+            return Ok(());
+        };
+        let names: Vec<&str> = self.records.iter().map(|r| r.name.as_str()).collect();
+        Err(IdentifyError::run(&names.join(", "), what, help))
     }
 
     /// The same channels and scales for other runs of the robot.

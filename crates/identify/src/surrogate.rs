@@ -116,7 +116,7 @@ impl FalseAcceptance {
 pub(crate) fn sentence(count: &FalseAcceptance) -> String {
     let FalseAcceptance { accepted, surrogates } = count;
     let follows = if *accepted == 0 {
-        "a name found on this log is no accident of its noise"
+        "what is named is no accident of this noise, which does not make it the right name: see its probability"
     } else if count.decides() {
         "take the name that explains least with care"
     } else {

@@ -198,6 +198,17 @@ impl EffectSpec {
     pub fn new(kind: &str, place: Place) -> Self {
         Self { kind: kind.to_owned(), place, settings: Vec::new() }
     }
+    /// True if both state the same effect: the same kind at the same place in the same words, whatever their numbers. The offsets
+    /// of two torque sensors of one joint are two effects.
+    pub fn is_same_as(&self, other: &Self) -> bool {
+        let words = |of: &Self| -> Vec<(String, Setting)> {
+            let mut words: Vec<(String, Setting)> =
+                of.settings.iter().filter(|(_, s)| matches!(s, Setting::Word(_))).cloned().collect();
+            words.sort_by(|a, b| a.0.cmp(&b.0));
+            words
+        };
+        self.kind == other.kind && self.place == other.place && words(self) == words(other)
+    }
     /// The value of `key`.
     pub fn get(&self, key: &str) -> Option<&Setting> {
         self.settings.iter().find(|(k, _)| k == key).map(|(_, v)| v)

@@ -1,14 +1,14 @@
 //! The verdict in words.
 
-use sinew_identify::{Accepted, Diagnosis, Verdict};
+use sinew_identify::{Accepted, CandidateReport, Diagnosis, Verdict};
 
 /// The verdict of a diagnosis in one or two sentences.
 pub fn verdict_in_words(diagnosis: &Diagnosis) -> String {
-    let named = named(&diagnosis.accepted);
+    let named = named(diagnosis);
     match diagnosis.verdict {
         Verdict::Adequate => {
-            "Adequate: no effect of the catalogue would improve this model on these data, and \
-                              nothing predictable is left in its error."
+            "Adequate: with its parameters, offsets and clocks fitted within their tolerances no effect of the catalogue \
+                              would improve this model on these data, and nothing predictable is left in its error."
                 .to_owned()
         }
         Verdict::Missing => format!("Missing: {named}. With it nothing predictable is left."),
@@ -40,11 +40,25 @@ pub fn effect_in_words(effect: &str, place: &str) -> String {
     if place.is_empty() || place == "robot" { name } else { format!("{name} at {place}") }
 }
 
-fn named(accepted: &[Accepted]) -> String {
-    let words: Vec<_> = accepted.iter().map(|a| effect_in_words(&a.effect, &a.place)).collect();
-    match words.as_slice() {
-        [] => "an effect of the catalogue".to_owned(),
-        [one] => one.clone(),
-        [init @ .., last] => format!("{} and {last}", init.join(", ")),
+// What was accepted, the sure names first; those that are more likely wrong than right are said to be so.
+fn named(diagnosis: &Diagnosis) -> String {
+    let probability = |a: &Accepted| {
+        let is_it = |c: &&CandidateReport| c.effect == a.effect && c.place == a.place;
+        diagnosis.candidates.iter().find(is_it).map_or(1.0, |c| c.probability)
+    };
+    let words = |list: Vec<&Accepted>| {
+        let words: Vec<_> = list.into_iter().map(|a| effect_in_words(&a.effect, &a.place)).collect();
+        match words.as_slice() {
+            [] => "an effect of the catalogue".to_owned(),
+            [one] => one.clone(),
+            [init @ .., last] => format!("{} and {last}", init.join(", ")),
+        }
+    };
+    let (sure, unsure): (Vec<&Accepted>, Vec<&Accepted>) =
+        diagnosis.accepted.iter().partition(|a| probability(a) >= 0.5);
+    match (sure.is_empty(), unsure.is_empty()) {
+        (_, true) => words(sure),
+        (true, false) => words(unsure),
+        (false, false) => format!("{}, and perhaps {}", words(sure), words(unsure)),
     }
 }

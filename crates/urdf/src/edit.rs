@@ -33,9 +33,10 @@ pub(crate) fn set_joint(document: &mut DocumentMut, joint: &str, key: &str, valu
     Some(alone("joints", Item::Table(parent)))
 }
 
-/// Makes the table of the effect's kind and place hold exactly its settings.
+/// Makes the table of the effect's kind, place and words hold exactly its settings.
 pub(crate) fn set_effect(document: &mut DocumentMut, effect: &EffectSpec) -> Option<String> {
-    let is_it = |table: &dyn TableLike| is_effect(table, &effect.kind, &effect.place);
+    let is_it =
+        |table: &dyn TableLike| is_effect(table, &effect.kind, &effect.place) && has_words_of(table, effect);
     match document.get_mut("effects") {
         Some(Item::ArrayOfTables(tables)) => {
             if let Some(table) = tables.iter_mut().find(|t| is_it(*t)) {
@@ -149,6 +150,16 @@ fn is_effect(table: &dyn TableLike, kind: &str, place: &Place) -> bool {
         Place::Robot => (None, None),
     };
     word("kind") == Some(kind) && word("joint") == joint && word("link") == link
+}
+
+// True if all that a table says in words besides kind and place is what the effect says.
+fn has_words_of(table: &dyn TableLike, effect: &EffectSpec) -> bool {
+    let is_word = |setting: &Setting| matches!(setting, Setting::Word(_));
+    let stated = table.iter().filter(|(key, _)| !matches!(*key, "kind" | "joint" | "link"));
+    let stated: Vec<(&str, &str)> = stated.filter_map(|(key, item)| Some((key, item.as_str()?))).collect();
+    let says = |key: &str, word: &str| matches!(effect.get(key), Some(Setting::Word(w)) if w == word);
+    let count = effect.settings.iter().filter(|(_, s)| is_word(s)).count();
+    stated.len() == count && stated.iter().all(|(key, word)| says(key, word))
 }
 
 fn settle(table: &mut dyn TableLike, effect: &EffectSpec) {

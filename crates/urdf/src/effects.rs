@@ -29,12 +29,12 @@ pub(crate) fn effects(
             Place::Link(name) => drop(require_link(model, &named("link", name), source)?),
             Place::Robot => {}
         }
-        if let Some(first) = list.iter().position(|e| e.kind == effect.kind && e.place == effect.place) {
+        if let Some(first) = list.iter().position(|e| e.is_same_as(&effect)) {
             return Err(UrdfError::Twice {
                 at: source.at(start(table)),
                 what: format!("effect \"{}\" at {}", effect.kind, effect.place),
                 first: source.at(start(&tables[first])).line,
-                help: "keep one table for each effect and place",
+                help: "keep one table for each effect and place, or say in words in what they differ (signal, side, from)",
             });
         }
         list.push(effect);

@@ -72,8 +72,8 @@ impl Sidecar {
         self.change(|document| edit::set_joint(document, joint, key, value));
     }
 
-    /// States `effect`: the `[[effects]]` table of the same kind and place gets exactly its settings; if there is
-    /// none, one is appended.
+    /// States `effect`: the `[[effects]]` table of the same kind and place in the same words (`signal`, `side`) gets
+    /// exactly its settings; if there is none, one is appended.
     pub fn set_effect(&mut self, effect: &EffectSpec) {
         self.change(|document| edit::set_effect(document, effect));
     }

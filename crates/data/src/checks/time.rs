@@ -30,7 +30,9 @@ fn unit(run: &Run, period: f64) -> Option<Note> {
     let (suspicion, help) = match guess {
         Some((unit, scale)) => (
             format!("; the stamps look like {unit}"),
-            format!("time = {{ column = \"…\", scale = {scale} }} in the columns map"),
+            format!(
+                "time = {{ column = \"…\", scale = {scale} }} in the columns map; {scale} times the scale that it has, if it has one"
+            ),
         ),
         None => (String::new(), "give the unit of the stamps with a scale in the columns map".into()),
     };

@@ -1,0 +1,81 @@
+//! Positions beside the limits of the URDF: another unit, an offset, another joint.
+
+use sinew_data::{Note, Quantity, Run, Severity};
+use sinew_model::{Joint, JointKind, Robot};
+
+// Share of the samples that may lie outside, and what counts as inside beyond the limits, as a share of their distance.
+const MOST_OUTSIDE: f64 = 0.01;
+const BEYOND: f64 = 0.02;
+
+/// What is suspicious about the positions of a run: more than 1 % of them outside of the limits that the URDF states.
+///
+/// Joints without limits are not looked at; the help says so where degrees would explain it.
+pub fn range_checks(robot: &Robot, runs: &[Run]) -> Vec<Note> {
+    let model = &robot.model;
+    let joints = || (0..model.nv).map(|dof| &model.joints[model.joint_of_dof(dof).0]);
+    let positions = [Quantity::MotorPosition, Quantity::JointPosition];
+    let of_run = |run: &Run| -> Vec<Note> {
+        joints().flat_map(|j| positions.map(|q| outside(run, j, q))).flatten().collect()
+    };
+    runs.iter().flat_map(of_run).collect()
+}
+
+fn outside(run: &Run, joint: &Joint, quantity: Quantity) -> Option<Note> {
+    let (lower, upper) = (joint.limits.lower, joint.limits.upper);
+    let width = upper - lower;
+    if !(width.is_finite() && width > 0.0) {
+        return None;
+    }
+    let values = &run.signal(quantity, &joint.name)?.values;
+    let inside = (lower - BEYOND * width)..(upper + BEYOND * width);
+    let share = |scale: f64| {
+        values.iter().filter(|x| !inside.contains(&(scale * **x))).count() as f64 / values.len().max(1) as f64
+    };
+    let out = share(1.0);
+    if out <= MOST_OUTSIDE {
+        return None;
+    }
+    let turns = matches!(joint.kind, JointKind::Revolute { .. });
+    let degrees = std::f64::consts::PI / 180.0;
+    let help = if turns && share(degrees) <= MOST_OUTSIDE {
+        format!(
+            "in degrees all would be inside: scale = {degrees} in the columns map, if that is what they are"
+        )
+    } else {
+        "compare unit, sign and zero of the column with the URDF, and the URDF's limits with the robot's"
+            .to_owned()
+    };
+    let (least, most) =
+        values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
+    let statement = format!(
+        "{quantity}.{}: {:.0} % of it lies outside the URDF's limits of {lower:.4} to {upper:.4} (it goes from {least:.4} to {most:.4})",
+        joint.name,
+        100.0 * out
+    );
+    Some(Note { severity: Severity::Warning, place: run.name.clone(), statement, help })
+}
+
+#[cfg(test)]
+mod tests {
+    use sinew_data::Signal;
+    use sinew_model::samples;
+
+    use super::*;
+
+    #[test]
+    fn degrees_are_outside_and_told_as_degrees() {
+        let mut model = samples::pendulum(1.0, 0.5);
+        let name = model.joints[0].name.clone();
+        (model.joints[0].limits.lower, model.joints[0].limits.upper) = (-1.0, 1.0);
+        let robot = Robot::rigid(model);
+        let run = |values: Vec<f64>| {
+            let time = (0..values.len()).map(|k| k as f64).collect();
+            Run::new("run".to_owned(), time, vec![Signal::new(Quantity::MotorPosition, &name, values)])
+                .unwrap()
+        };
+        assert!(range_checks(&robot, &[run(vec![-0.9, 0.0, 1.0])]).is_empty());
+        let told = range_checks(&robot, &[run(vec![-50.0, 0.0, 50.0])]);
+        assert!(told[0].statement.contains("67 %") && told[0].help.contains("in degrees"));
+        assert!(range_checks(&robot, &[run(vec![8.0, 9.0, 100.0])])[0].help.contains("zero"));
+    }
+}
