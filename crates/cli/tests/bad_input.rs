@@ -58,7 +58,7 @@ fn csv(edit: impl Fn(usize, String) -> Option<String>) -> String {
         let t = k as f64 * 0.01;
         format!("{t},{},{},{},{}", (t * 2.0).sin(), 30.0 - t, t.cos(), 5.0 + t)
     };
-    let lines = std::iter::once(COLUMNS.to_owned()).chain((0..200).map(row));
+    let lines = std::iter::once(COLUMNS.to_owned()).chain((0..600).map(row));
     let kept = lines.enumerate().filter_map(|(k, line)| edit(k + 1, line));
     kept.map(|line| line + "\n").collect()
 }
@@ -207,6 +207,20 @@ fn a_window_outside_the_run_is_refused() {
     assert!(
         Bench::new("window").refused(&["compare", "arm.urdf", "run.csv@50..60"]).contains("window 50..60")
     );
+}
+
+#[test]
+fn too_little_to_compare_is_refused() {
+    let bench = Bench::new("little");
+    let message = bench.refused(&["compare", "arm.urdf", "run.csv@0..2"]);
+    assert!(message.contains("too short"), "{message}");
+    let at_rest = csv(|k, line| {
+        let time = line.split(',').next().unwrap_or_default().to_owned();
+        Some(if k == 1 { line } else { time + ",0.1,30,0.2,5" })
+    });
+    bench.write("run.csv", &at_rest);
+    let message = bench.refused(&["compare", "arm.urdf", "run.csv", "--force"]);
+    assert!(message.contains("nothing moves"), "{message}");
 }
 
 #[test]
