@@ -107,7 +107,7 @@ fn nan_and_infinity_are_refused_with_line_and_column() {
     let text = refusal("nan", "time,joint_position.elbow\n0,1\n0.1,NaN\n");
     assert_eq!(
         text,
-        "run.csv:3: column \"joint_position.elbow\" is not finite (got NaN)\n  help: drop the row, or use a window of the run without it: FILE@FROM..TO"
+        "run.csv:3: column \"joint_position.elbow\" is not finite (got NaN)\n  help: drop the row, or cut the file there: what is not a number is refused even outside a window"
     );
     let text = refusal("inf", "time,joint_position.elbow\n0,1\n0.1,-inf\n");
     assert!(
