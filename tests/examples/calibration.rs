@@ -45,12 +45,12 @@ struct Statement {
     seed: u64,
     told: f64,
     right: bool,
-    /// Among those that are tied with it.
+    /// The most that it may be.
     share: f64,
     features: [f64; FEATURES],
 }
 
-// Lines: seed, kind of case, name, probability told, right or not, share among the tied, features.
+// Lines: seed, kind of case, name, probability told, right or not, the most that it may be, features.
 fn collect(file: &str, seeds: Range<u64>) -> Result<(), Failure> {
     let out = Mutex::new(std::fs::OpenOptions::new().create(true).append(true).open(file)?);
     seeds.into_par_iter().for_each(|seed| {
@@ -67,7 +67,7 @@ fn collect(file: &str, seeds: Range<u64>) -> Result<(), Failure> {
                     let grounds = c.grounds?;
                     let features = grounds.features().map(|f| format!("{f:.5}")).join(" ");
                     let (name, right) = (format!("{}@{}", c.effect, c.place), u8::from(right));
-                    let share = grounds.share_among_tied();
+                    let share = grounds.share();
                     Some(format!("{seed} {kind} {name} {:.4} {right} {share:.5} {features}\n", c.probability))
                 };
                 diagnosis.candidates.iter().filter_map(of).collect::<String>()
@@ -115,7 +115,7 @@ fn fit(statements: &[Statement]) -> Result<(), Failure> {
 const FOLDS: u64 = 5;
 // What the weights are taken for before anything is seen, those of a prototype on another population, and the standard
 // deviation of each: so few names may move them only where they speak clearly.
-const BEFORE: [f64; FEATURES] = [-6.1, 1.8, 2.2, 1.1, 0.93, -1.2, -1.0];
+const BEFORE: [f64; FEATURES] = [-6.1, 1.8, 2.2, 1.1, 0.93, -1.2];
 const WIDTH: f64 = 1.0;
 const FIRST_WIDTH: f64 = 5.0;
 const ROUNDS: usize = 200;

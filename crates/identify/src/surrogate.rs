@@ -266,7 +266,7 @@ mod tests {
     #[test]
     fn the_sentence_follows_the_count() {
         let of = |accepted| sentence(&FalseAcceptance { accepted, surrogates: 20 });
-        assert!(of(0).starts_with("on 0 of 20") && of(0).ends_with("no accident of its noise"));
+        assert!(of(0).starts_with("on 0 of 20") && of(0).ends_with("see its probability"));
         assert!(of(3).contains("with care") && of(4).contains("too short"));
     }
 }

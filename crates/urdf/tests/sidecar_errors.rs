@@ -217,7 +217,7 @@ fn an_effect_is_stated_once_with_a_kind_and_one_place() {
         message(
             "[[effects]]\nkind = \"backlash\"\njoint = \"elbow\"\n\n[[effects]]\njoint = \"elbow\"\nkind = \"backlash\"\n"
         ),
-        "arm.sinew.toml:7:1: effect \"backlash\" at elbow twice (first in line 3)\n  help: keep one table for each effect and place"
+        "arm.sinew.toml:7:1: effect \"backlash\" at elbow twice (first in line 3)\n  help: keep one table for each effect and place, or say in words in what they differ (signal, side, from)"
     );
     assert_eq!(
         message("[[effects]]\njoint = \"elbow\"\n"),
