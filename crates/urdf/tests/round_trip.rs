@@ -135,13 +135,13 @@ fn a_sidecar_written_by_us_reads_back_to_an_equal_robot() {
     assert!(file.sidecar.file().ends_with("arm.sinew.toml"));
     let mut robot = file.robot.clone();
     let values = [1.0 / 3.0, 1e300, 5e-324, 1e16, 0.05];
-    for (k, value) in values.into_iter().enumerate() {
+    for value in values {
         robot.joints[0].stiffness = Some(value);
         file.sidecar.set_joint("shoulder", "stiffness", value);
         let mut effect = EffectSpec::new("torque_ripple", joint("elbow"));
         effect.settings.push(("sine".to_owned(), Setting::Number(value)));
         effect.settings.push(("list".to_owned(), Setting::Numbers(vec![value, -value])));
-        effect.settings.push(("word".to_owned(), Setting::Word(format!("a \"quoted\" {k}"))));
+        effect.settings.push(("word".to_owned(), Setting::Word("a \"quoted\" word".to_owned())));
         robot.effects.retain(|e| e.kind != "torque_ripple");
         robot.effects.push(effect.clone());
         file.sidecar.set_effect(&effect);
@@ -149,6 +149,23 @@ fn a_sidecar_written_by_us_reads_back_to_an_equal_robot() {
         assert_eq!(read_robot(&folder.join("arm.urdf")).unwrap().robot, robot);
         assert_eq!(read_robot(&folder.join("arm.sinew.toml")).unwrap().robot, robot);
     }
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn effects_that_differ_in_words_stand_beside_each_other() {
+    let folder = folder("words");
+    fs::write(folder.join("arm.urdf"), URDF).unwrap();
+    let mut sidecar = read_robot(&folder.join("arm.urdf")).unwrap().sidecar;
+    let offset = |value| EffectSpec::new("torque_sensor_offset", joint("elbow")).with("offset", value);
+    let behind = |value| offset(value).said("signal", "joint_torque");
+    for effect in [offset(0.4), behind(-0.1), offset(0.5), behind(-0.2)] {
+        sidecar.set_effect(&effect);
+    }
+    sidecar.write(&folder.join("arm.sinew.toml")).unwrap();
+    let mut read = read_robot(&folder.join("arm.sinew.toml")).unwrap().robot.effects;
+    read.retain(|e| e.kind == "torque_sensor_offset");
+    assert_eq!(read, [offset(0.5), behind(-0.2)]);
     fs::remove_dir_all(folder).unwrap();
 }
 
