@@ -128,7 +128,7 @@ pub enum DataError {
     },
     /// A value is NaN or infinite.
     #[error(
-        "{place}: column \"{column}\" is not finite (got {got})\n  help: drop the row, or cut the file there: what is not a number is refused even outside a window"
+        "{place}: column \"{column}\" is not finite (got {got})\n  help: drop the row, or use a window of the run without it: FILE@FROM..TO"
     )]
     NotFinite {
         /// File and line.
@@ -137,6 +137,20 @@ pub enum DataError {
         column: String,
         /// The value.
         got: f64,
+    },
+    /// A value that would drown everything else.
+    #[error(
+        "{place}: column \"{column}\": no sensor reads that much (got {got:e}, at most {most:e})\n  help: drop the row, or use a window of the run without it: FILE@FROM..TO"
+    )]
+    TooLarge {
+        /// File and line.
+        place: String,
+        /// The column.
+        column: String,
+        /// The value.
+        got: f64,
+        /// The largest size that is taken.
+        most: f64,
     },
     /// A time stamp is earlier than the one before it.
     #[error(

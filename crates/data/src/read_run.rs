@@ -33,7 +33,7 @@ use crate::spelling::nearest;
 /// # std::fs::remove_dir_all(&folder).unwrap();
 /// ```
 pub fn read_run(path: &Path, columns: Option<&ColumnMap>) -> Result<Run, DataError> {
-    read(path, None, columns)
+    read(path, Part::default(), columns)
 }
 
 /// Reads one recording of a file in which several stand one below the other: a new one begins where the clock
@@ -54,10 +54,19 @@ pub fn read_run(path: &Path, columns: Option<&ColumnMap>) -> Result<Run, DataErr
 /// # std::fs::remove_dir_all(&folder).unwrap();
 /// ```
 pub fn read_recording(path: &Path, number: usize, columns: Option<&ColumnMap>) -> Result<Run, DataError> {
-    read(path, Some(number), columns)
+    read(path, Part { recording: Some(number), window: None }, columns)
 }
 
-fn read(path: &Path, recording: Option<usize>, columns: Option<&ColumnMap>) -> Result<Run, DataError> {
+/// What of a file is wanted: fields outside it may hold anything.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Part {
+    /// Which of the recordings that stand one below the other, counted from 1.
+    pub recording: Option<usize>,
+    /// Begin and end, s after the first time stamp.
+    pub window: Option<(f64, f64)>,
+}
+
+pub(crate) fn read(path: &Path, part: Part, columns: Option<&ColumnMap>) -> Result<Run, DataError> {
     let file = file_name(path);
     let text = read_text(path)?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
@@ -74,13 +83,21 @@ fn read(path: &Path, recording: Option<usize>, columns: Option<&ColumnMap>) -> R
         Err(source) => return Err(DataError::BadCsv { file, source }),
     };
     let layout = Layout::new(&file, &headers, columns)?;
-    let mut run = layout.read(file, text, &headers, &mut reader)?;
+    let (mut run, faults) = layout.read(file, text, &headers, &mut reader)?;
     let header_of = |name: &SignalName| {
         let place = layout.signals.iter().find(|s| s.0 == *name);
         place.map_or_else(|| name.to_string(), |s| headers[s.1.index].to_string())
     };
-    run.pick(recording)?;
-    run.validate(header_of, &headers[layout.time.index])?;
+    run.pick(part.recording)?;
+    let time_column = &headers[layout.time.index];
+    if let Some((from, to)) = part.window {
+        run.validate_time(time_column)?;
+        run = run.window(from, to)?;
+    }
+    if let Some(fault) = faults.into_iter().find(|fault| run.has_line(fault.line)) {
+        return Err(fault.error);
+    }
+    run.validate(header_of, time_column)?;
     state_sensors(&mut run, path, columns)?;
     Ok(run)
 }
@@ -121,6 +138,12 @@ struct Layout {
     time: Field,
     signals: Vec<(SignalName, Field)>,
     notes: Vec<Note>,
+}
+
+/// A field that is no number.
+struct Fault {
+    line: u64,
+    error: DataError,
 }
 
 /// Counts lines up to a row, over blank lines and both kinds of line end.
@@ -180,15 +203,15 @@ impl Layout {
         Ok(Layout { time, signals, notes })
     }
 
-    /// The rows that follow the header.
+    /// The rows that follow the header; fields of signals that are no numbers are NaN, and told besides.
     fn read(
         &self,
         file: String,
         text: &str,
         headers: &csv::StringRecord,
         reader: &mut csv::Reader<&[u8]>,
-    ) -> Result<Run, DataError> {
-        let (mut time, mut lines) = (Vec::new(), Vec::new());
+    ) -> Result<(Run, Vec<Fault>), DataError> {
+        let (mut time, mut lines, mut faults) = (Vec::new(), Vec::new(), Vec::new());
         let mut values = vec![Vec::new(); self.signals.len()];
         let mut row = csv::StringRecord::new();
         let mut cursor = LineCursor { text: text.as_bytes(), byte: 0, line: 1 };
@@ -207,19 +230,24 @@ impl Layout {
             }
             time.push(self.time.number(&row, headers, place)?);
             for (values, (_, field)) in values.iter_mut().zip(&self.signals) {
-                values.push(field.number(&row, headers, place)?);
+                let value = field.number(&row, headers, place);
+                values.push(value.unwrap_or_else(|error| {
+                    faults.push(Fault { line, error });
+                    f64::NAN
+                }));
             }
             lines.push(line);
         }
         let signals = self.signals.iter().zip(values);
         let signals = signals.map(|((name, _), values)| Signal::new(name.quantity, &name.place, values));
-        Ok(Run {
+        let run = Run {
             name: stem(&file).into(),
             time,
             signals: signals.collect(),
             notes: self.notes.clone(),
             origin: Some(Origin { file, lines }),
-        })
+        };
+        Ok((run, faults))
     }
 }
 
@@ -322,7 +350,9 @@ fn help_for(text: &str) -> String {
     }
     match parse(&text.replace(',', ".")) {
         Some(number) => format!("write the decimal point as a full stop: {number}"),
-        None => "drop the row, or correct the field".into(),
+        None => {
+            "drop the row, correct the field, or use a window of the run without it: FILE@FROM..TO".into()
+        }
     }
 }
 

@@ -23,6 +23,9 @@ pub struct Signal {
 /// Samples that a recording in a file of several has at least.
 const SHORTEST: usize = 20;
 
+/// What no sensor reads: sums of the squares of more might be no numbers.
+const LARGEST: f64 = 1e100;
+
 /// One measured run: strictly increasing time stamps, and signals of the same length, all finite.
 #[derive(Debug, Clone)]
 pub struct Run {
@@ -61,7 +64,7 @@ impl Run {
     /// A run from its parts.
     ///
     /// # Errors
-    /// If a signal has not one value for each time stamp, a value is not finite, time does not strictly
+    /// If a signal has not one value for each time stamp, a value is not finite or beyond 10¹⁰⁰, time does not strictly
     /// increase, or there are fewer than two samples.
     ///
     /// # Example
@@ -179,6 +182,11 @@ impl Run {
         }
     }
 
+    /// True if a sample was read from this line of the file.
+    pub(crate) fn has_line(&self, line: u64) -> bool {
+        self.origin.as_ref().is_some_and(|origin| origin.lines.binary_search(&line).is_ok())
+    }
+
     /// Where a sample is: `run.csv:1042` for a run from a file, else the run and the number of the sample.
     pub fn place_of(&self, sample: usize) -> String {
         match self.origin.as_ref().and_then(|o| Some((&o.file, o.lines.get(sample)?))) {
@@ -208,11 +216,21 @@ impl Run {
                 got: n,
             });
         }
-        self.refuse_non_finite(&self.time, || time_column.into())?;
+        self.validate_time(time_column)?;
         for signal in &self.signals {
             self.refuse_non_finite(&signal.values, || column(&signal.name()))?;
+            if let Some(k) = signal.values.iter().position(|v| v.abs() > LARGEST) {
+                let (place, column, got) = (self.place_of(k), column(&signal.name()), signal.values[k]);
+                return Err(DataError::TooLarge { place, column, got, most: LARGEST });
+            }
         }
-        match (1..n).find(|&k| self.time[k] <= self.time[k - 1]) {
+        Ok(())
+    }
+
+    /// Refuses a clock that does not go on.
+    pub(crate) fn validate_time(&self, time_column: &str) -> Result<(), DataError> {
+        self.refuse_non_finite(&self.time, || time_column.into())?;
+        match (1..self.time.len()).find(|&k| self.time[k] <= self.time[k - 1]) {
             None => Ok(()),
             Some(k) => {
                 let (place, got, previous) = (self.place_of(k), self.time[k], self.time[k - 1]);
@@ -275,5 +293,6 @@ mod tests {
             message(&[0.0, 1.0], &[0.0, f64::NAN])
                 .starts_with("r, sample 2: column \"joint_position.elbow\" is not finite (got NaN)")
         );
+        assert!(message(&[0.0, 1.0], &[0.0, -1e300]).contains("no sensor reads that much (got -1e300"));
     }
 }

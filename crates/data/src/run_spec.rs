@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use crate::column_map::ColumnMap;
 use crate::error::DataError;
-use crate::read_run::{read_recording, read_run};
+use crate::read_run::{Part, read};
 use crate::run::Run;
 
 /// A file, or the part of it between two times: `FILE`, `FILE@FROM..TO`, `FILE@..TO`, `FILE@FROM..`.
@@ -33,19 +33,12 @@ pub struct RunSpec {
 }
 
 impl RunSpec {
-    /// Reads the file and cuts out the window.
+    /// Reads the window of the file. Fields outside of it may be empty or no numbers; every row needs its time stamp.
     ///
     /// # Errors
-    /// Those of [`read_run`], [`read_recording`] and [`Run::window`].
+    /// Those of [`crate::read_run`], [`crate::read_recording`] and [`Run::window`].
     pub fn read(&self, columns: Option<&ColumnMap>) -> Result<Run, DataError> {
-        let run = match self.recording {
-            Some(number) => read_recording(&self.path, number, columns)?,
-            None => read_run(&self.path, columns)?,
-        };
-        match self.window {
-            Some((from, to)) => run.window(from, to),
-            None => Ok(run),
-        }
+        read(&self.path, Part { recording: self.recording, window: self.window }, columns)
     }
 }
 

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use sinew_data::{ColumnMap, read_run};
+use sinew_data::{ColumnMap, RunSpec, read_run};
 
 /// A folder of its own for each test, removed at the end.
 struct Folder(PathBuf);
@@ -76,7 +76,7 @@ fn text_in_a_number_is_refused_with_line_and_column() {
     let text = refusal("text", "time,joint_position.elbow\n0,1\n\n0.1,fast\n");
     assert_eq!(
         text,
-        "run.csv:4: column \"joint_position.elbow\" is not a number (got \"fast\")\n  help: drop the row, or correct the field"
+        "run.csv:4: column \"joint_position.elbow\" is not a number (got \"fast\")\n  help: drop the row, correct the field, or use a window of the run without it: FILE@FROM..TO"
     );
 }
 
@@ -107,7 +107,7 @@ fn nan_and_infinity_are_refused_with_line_and_column() {
     let text = refusal("nan", "time,joint_position.elbow\n0,1\n0.1,NaN\n");
     assert_eq!(
         text,
-        "run.csv:3: column \"joint_position.elbow\" is not finite (got NaN)\n  help: drop the row, or cut the file there: what is not a number is refused even outside a window"
+        "run.csv:3: column \"joint_position.elbow\" is not finite (got NaN)\n  help: drop the row, or use a window of the run without it: FILE@FROM..TO"
     );
     let text = refusal("inf", "time,joint_position.elbow\n0,1\n0.1,-inf\n");
     assert!(
@@ -116,6 +116,21 @@ fn nan_and_infinity_are_refused_with_line_and_column() {
     );
     let text = refusal("nantime", "time,joint_position.elbow\n0,1\nnan,1\n");
     assert!(text.starts_with("run.csv:3: column \"time\" is not finite (got NaN)"), "{text}");
+}
+
+#[test]
+fn what_is_no_number_is_allowed_outside_of_a_window() {
+    let folder = Folder::new("window");
+    let path = folder.file("run.csv", "time,joint_position.elbow\n0,1\n1,\n2,NaN\n3,4\n4,5\n5,1e300\n");
+    let read = |window: &str| {
+        let spec: RunSpec = format!("{}@{window}", path.display()).parse().unwrap();
+        spec.read(None)
+    };
+    assert_eq!(read("3..5").unwrap().signals[0].values, [4.0, 5.0]);
+    let refused = |window| read(window).unwrap_err().to_string();
+    assert!(refused("1..5").starts_with("run.csv:3: column \"joint_position.elbow\" is not a number"));
+    assert!(refused("2..5").starts_with("run.csv:4: column \"joint_position.elbow\" is not finite"));
+    assert!(refused("3..").contains("no sensor reads that much (got 1e300, at most 1e100)"));
 }
 
 #[test]

@@ -14,16 +14,44 @@ const SLOPE: f64 = 0.02;
 const SAMPLES: f64 = 0.3;
 const EXPLAINED: f64 = 0.5;
 const HALF_WIDTH: usize = 8;
+/// Correlation from which two sides are those of one joint, and below which they are those of two.
+const SAME: f64 = 0.99;
+const OTHER: f64 = 0.9;
 
 pub(super) fn check(run: &Run) -> Vec<Note> {
     let both = |joint: &&str| {
         Some((run.signal(Quantity::MotorPosition, joint)?, run.signal(Quantity::JointPosition, joint)?))
     };
-    run.joints()
-        .iter()
-        .filter_map(both)
-        .filter_map(|(theta, q)| ratio(run, theta, q).or_else(|| delay(run, theta, q)))
-        .collect()
+    let pairs: Vec<(&Signal, &Signal)> = run.joints().iter().filter_map(both).collect();
+    let told = |(k, (theta, q)): (usize, &(&Signal, &Signal))| {
+        exchanged(run, k, &pairs).or_else(|| ratio(run, theta, q)).or_else(|| delay(run, theta, q))
+    };
+    pairs.iter().enumerate().filter_map(told).collect()
+}
+
+// A link moves as its motor does but for the deflection: what follows the motor of another joint, and its own not, stands
+// in the wrong column.
+fn exchanged(run: &Run, k: usize, pairs: &[(&Signal, &Signal)]) -> Option<Note> {
+    let (theta, q) = pairs[k];
+    let own = likeness(&theta.values, &q.values);
+    let alike = |(motor, _): &&(&Signal, &Signal)| likeness(&motor.values, &q.values) >= SAME;
+    let other = pairs.iter().filter(|_| own < OTHER).find(alike)?.0;
+    let statement = format!(
+        "does not move as {} does, but as {}: columns that stand in each other's place?",
+        theta.name(),
+        other.name()
+    );
+    Some(about(run, q, Severity::Error, statement, "exchange the two columns of one side in the columns map"))
+}
+
+// Correlation of two signals; zero where one stands still.
+fn likeness(a: &[f64], b: &[f64]) -> f64 {
+    let (mean_a, mean_b) = (mean(a), mean(b));
+    let sum = |f: &dyn Fn(f64, f64) -> f64| -> f64 {
+        a.iter().zip(b).map(|(a, b)| f(a - mean_a, b - mean_b)).sum()
+    };
+    let size = (sum(&|a, _| a * a) * sum(&|_, b| b * b)).sqrt();
+    if size > 0.0 { sum(&|a, b| a * b) / size } else { 0.0 }
 }
 
 fn ratio(run: &Run, theta: &Signal, q: &Signal) -> Option<Note> {
@@ -121,6 +149,29 @@ mod tests {
         );
         assert!(notes(-1.0, 0.0)[0].statement.contains("opposite directions"));
         assert!(notes(1.1, 0.0)[0].statement.contains("different scales"));
+    }
+
+    #[test]
+    fn link_positions_of_two_joints_in_each_others_columns_are_found() {
+        let time: Vec<f64> = (0..1000).map(|k| 0.004 * f64::from(k)).collect();
+        let of = |w: f64| -> Vec<f64> { time.iter().map(|t| (w * t).sin()).collect() };
+        let signals = |elbow: f64, wrist: f64| {
+            vec![
+                Signal::new(Quantity::MotorPosition, "elbow", of(1.5)),
+                Signal::new(Quantity::MotorPosition, "wrist", of(3.5)),
+                Signal::new(Quantity::JointPosition, "elbow", of(elbow)),
+                Signal::new(Quantity::JointPosition, "wrist", of(wrist)),
+            ]
+        };
+        let told =
+            |elbow, wrist| check(&Run::new("log".into(), time.clone(), signals(elbow, wrist)).unwrap());
+        assert_eq!(told(1.5, 3.5), []);
+        let exchanged = told(3.5, 1.5);
+        assert_eq!(exchanged.len(), 2);
+        assert!(
+            exchanged[0].severity == Severity::Error
+                && exchanged[0].statement.contains("but as motor_position.wrist")
+        );
     }
 
     #[test]
