@@ -38,8 +38,19 @@ struct Answer {
 impl Check {
     pub fn run(&self, console: &Console) -> Result<ExitCode, CliError> {
         let file = inputs::robot(&self.robot)?;
-        let runs = self.columns.read(&self.runs)?;
+        let mut runs = Vec::new();
+        let mut unreadable = Vec::new();
+        for run in self.columns.read_each(&self.runs)? {
+            match run {
+                Ok(run) => runs.push(run),
+                Err(error) => unreadable.push(error),
+            }
+        }
+        if let Some(first) = unreadable.pop_if(|_| runs.is_empty() && self.runs.len() == 1) {
+            return Err(first);
+        }
         let mut all: Vec<Note> = file.notes.iter().map(of_robot).collect();
+        all.extend(unreadable.iter().map(of_reading));
         for run in &runs {
             all.extend(run.notes.iter().cloned());
             all.extend(missing(&file.robot, run));
@@ -53,7 +64,11 @@ impl Check {
         problems.sort_by_key(|n| n.severity);
         let answer = Answer { ok: problems.iter().all(|n| n.severity != Severity::Error), problems, notes };
         console.answer(&answer, || text(&answer))?;
-        Ok(if answer.ok { ExitCode::SUCCESS } else { ExitCode::from(1) })
+        Ok(match answer.ok {
+            _ if !unreadable.is_empty() => ExitCode::from(2),
+            true => ExitCode::SUCCESS,
+            false => ExitCode::from(1),
+        })
     }
 }
 
@@ -86,6 +101,15 @@ fn of_robot(note: &sinew_urdf::Note) -> Note {
     Note { severity, place: note.place.clone(), statement: note.statement.clone(), help: note.help.clone() }
 }
 
+// Why a run could not be read: `place: statement`, and the way out in a line of its own.
+fn of_reading(error: &CliError) -> Note {
+    let text = error.to_string();
+    let (what, help) = text.split_once("\n  help: ").unwrap_or((&text, "correct the file"));
+    let (place, statement) = what.split_once(": ").unwrap_or(("run", what));
+    let [place, statement, help] = [place, statement, help].map(str::to_owned);
+    Note { severity: Severity::Error, place, statement, help }
+}
+
 // What a comparison needs and the run does not have, and what it has and the robot does not.
 fn missing(robot: &Robot, run: &Run) -> Vec<Note> {
     let names: Vec<&str> = (0..robot.model.nv).map(|dof| robot.model.dof_name(dof)).collect();
@@ -93,6 +117,15 @@ fn missing(robot: &Robot, run: &Run) -> Vec<Note> {
     let mut tell = |severity, statement: String, help: String| {
         notes.push(Note { severity, place: run.name.clone(), statement, help });
     };
+    if names.is_empty() {
+        let statement = format!("robot \"{}\" has no joint that moves", robot.model.name);
+        tell(
+            Severity::Error,
+            statement,
+            "give the URDF's joints a type that moves: revolute, continuous, prismatic".to_owned(),
+        );
+        return notes;
+    }
     let measured = run.joints();
     let (seen, unseen): (Vec<usize>, Vec<usize>) =
         (0..names.len()).partition(|&dof| measured.contains(&names[dof]) || names.len() == 1);

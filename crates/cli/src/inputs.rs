@@ -88,29 +88,58 @@ impl Inputs {
 impl Columns {
     /// Reads runs through the map, if there is one.
     pub fn read(&self, runs: &[RunSpec]) -> Result<Vec<Run>, CliError> {
-        let map = self.columns.as_deref().map(ColumnMap::read).transpose()?;
-        let runs: Vec<Run> = runs.iter().map(|r| r.read(map.as_ref())).collect::<Result<_, _>>()?;
-        if !self.rebuild_clock {
-            return Ok(runs);
+        self.read_each(runs)?.into_iter().collect()
+    }
+
+    /// The same, with what is wrong with each.
+    pub fn read_each(&self, runs: &[RunSpec]) -> Result<Vec<Result<Run, CliError>>, CliError> {
+        if let Some(twice) = (1..runs.len()).find(|&k| runs[..k].contains(&runs[k])) {
+            return Err(CliError::usage(
+                runs[twice].path.display().to_string(),
+                "is named twice: what it shows would count twice, and its noise as if it were two",
+                "name every run once",
+            ));
         }
-        runs.iter()
-            .map(|run| {
-                let (mut rebuilt, note) = rebuild_clock(run).ok_or_else(|| {
-                    CliError::usage(
-                        &run.name,
-                        "its clock cannot be rebuilt: no joint has a logged velocity and moves most of the time",
-                        "leave --rebuild-clock out",
-                    )
-                })?;
-                rebuilt.notes.push(note);
-                Ok(rebuilt)
-            })
-            .collect()
+        for run in runs {
+            refuse(&run.path, ROBOTS, "is a robot, and a run is wanted here")?;
+        }
+        let map = self.columns.as_deref().map(ColumnMap::read).transpose()?;
+        let read = |spec: &RunSpec| self.on_its_clock(spec.read(map.as_ref())?);
+        Ok(runs.iter().map(read).collect())
+    }
+
+    fn on_its_clock(&self, run: Run) -> Result<Run, CliError> {
+        if !self.rebuild_clock {
+            return Ok(run);
+        }
+        let (mut rebuilt, note) = rebuild_clock(&run).ok_or_else(|| {
+            CliError::usage(
+                &run.name,
+                "its clock cannot be rebuilt: no joint has a logged velocity and moves most of the time",
+                "leave --rebuild-clock out",
+            )
+        })?;
+        rebuilt.notes.push(note);
+        Ok(rebuilt)
+    }
+}
+
+// How the files of runs and of robots end.
+const RUNS: &[&str] = &[".csv", ".csv.gz"];
+const ROBOTS: &[&str] = &[".urdf", ".sinew.toml"];
+
+// Arguments in each other's place.
+fn refuse(path: &Path, endings: &[&str], what: &str) -> Result<(), CliError> {
+    let name = path.display().to_string();
+    match endings.iter().any(|end| name.ends_with(end)) {
+        true => Err(CliError::usage(name, what, "the robot comes first, then its runs: ROBOT RUN…")),
+        false => Ok(()),
     }
 }
 
 /// Reads a robot and makes sure that the catalogue has its effects and a plant can be made of it.
 pub(crate) fn robot(path: &Path) -> Result<RobotFile, CliError> {
+    refuse(path, RUNS, "is a run, and a robot is wanted here")?;
     let file = read_robot(path)?;
     check_effects(&file)?;
     Ok(file)

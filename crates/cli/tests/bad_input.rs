@@ -239,3 +239,42 @@ fn an_effect_that_cannot_be_added_is_refused_and_nothing_is_written() {
     let message = bench.refused(&["add", "arm.urdf", "payload", "-o", "new.urdf"]);
     assert!(message.contains(".sinew.toml"), "{message}");
 }
+
+#[test]
+fn a_check_of_several_runs_tells_what_each_of_them_lacks() {
+    let bench = Bench::new("check_each");
+    bench.write("short.csv", "time,motor_position.elbow\n0,1\n");
+    let output = bench.run(&["check", "arm.sinew.toml", "short.csv", "run.csv", "absent.csv"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text.contains("error: short.csv: too few samples") && text.contains("absent.csv"), "{text}");
+    assert!(text.contains("not usable"), "{text}");
+}
+
+#[test]
+fn a_run_that_is_named_twice_is_refused() {
+    let bench = Bench::new("twice");
+    for verb in ["check", "compare", "diagnose"] {
+        let message = bench.refused(&[verb, "arm.sinew.toml", "run.csv", "run.csv"]);
+        assert!(message.contains("run.csv: is named twice"), "{message}");
+    }
+}
+
+#[test]
+fn arguments_in_each_others_place_are_told_as_such() {
+    let bench = Bench::new("swapped");
+    assert!(
+        bench.refused(&["compare", "run.csv", "arm.sinew.toml"]).contains("run.csv: is a run, and a robot")
+    );
+    assert!(bench.refused(&["compare", "arm.urdf", "arm.sinew.toml"]).contains("is a robot, and a run"));
+}
+
+#[test]
+fn a_robot_without_a_joint_that_moves_is_not_usable() {
+    let bench = Bench::new("fixed");
+    bench.write("fixed.urdf", &URDF.replace("type=\"revolute\"", "type=\"fixed\""));
+    let output = bench.run(&["check", "fixed.urdf", "run.csv"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    assert!(text.contains("robot \"arm\" has no joint that moves"), "{text}");
+}

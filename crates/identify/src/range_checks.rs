@@ -23,10 +23,16 @@ pub fn range_checks(robot: &Robot, runs: &[Run]) -> Vec<Note> {
 fn outside(run: &Run, joint: &Joint, quantity: Quantity) -> Option<Note> {
     let (lower, upper) = (joint.limits.lower, joint.limits.upper);
     let width = upper - lower;
+    let values = &run.signal(quantity, &joint.name)?.values;
+    if width < 0.0 {
+        let statement =
+            format!("the URDF's limits of joint \"{}\" are no range ({lower} to {upper})", joint.name);
+        let help = "exchange lower and upper".to_owned();
+        return Some(Note { severity: Severity::Warning, place: run.name.clone(), statement, help });
+    }
     if !(width.is_finite() && width > 0.0) {
         return None;
     }
-    let values = &run.signal(quantity, &joint.name)?.values;
     let inside = (lower - BEYOND * width)..(upper + BEYOND * width);
     let share = |scale: f64| {
         values.iter().filter(|x| !inside.contains(&(scale * **x))).count() as f64 / values.len().max(1) as f64
@@ -77,5 +83,8 @@ mod tests {
         let told = range_checks(&robot, &[run(vec![-50.0, 0.0, 50.0])]);
         assert!(told[0].statement.contains("67 %") && told[0].help.contains("in degrees"));
         assert!(range_checks(&robot, &[run(vec![8.0, 9.0, 100.0])])[0].help.contains("zero"));
+        let mut robot = robot.clone();
+        (robot.model.joints[0].limits.lower, robot.model.joints[0].limits.upper) = (1.0, -1.0);
+        assert!(range_checks(&robot, &[run(vec![0.0, 0.5])])[0].statement.contains("no range (1 to -1)"));
     }
 }
