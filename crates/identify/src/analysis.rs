@@ -63,9 +63,8 @@ pub(crate) fn analysed<T>(
 
 // Sample rate, Hz, from which the torque noise of single samples tells on the encoders.
 const FAST: f64 = 200.0;
-// Joints up to which coarse encoders do, and half width of the smoothing, s, that tells a coarse encoder.
+// Joints up to which it is found out where motors may rest.
 const FEW_JOINTS: usize = 3;
-const COARSE: f64 = 0.013;
 
 const SUITED: &str = "motor torque and encoders at 200 Hz or more: their noise is treated together";
 const DROWNED: &str = "the innovation residual names nothing and finds more torque noise than there is torque: a misfit passes for noise";
@@ -109,15 +108,10 @@ fn is_drowned(prepared: &Prepared, noise: &[f64]) -> bool {
 
 // Why the innovation residual does not suit the runs; none if it does.
 fn unsuited(robot: &Robot, prepared: &Prepared) -> Option<&'static str> {
-    let (sensors, scales) = (&prepared.sensors, &prepared.scales);
-    let joints = sensors.moving();
-    if 1.0 / scales.period < 0.99 * FAST {
+    if 1.0 / prepared.scales.period < 0.99 * FAST {
         return Some("the log is too slow for torque noise to show in it sample by sample");
     }
-    let coarse = scales.smooth as f64 * scales.period > COARSE;
-    let too_coarse = joints > FEW_JOINTS && coarse;
-    Innovation::impossible(robot, sensors)
-        .or(too_coarse.then_some("the encoders are coarse for so many joints"))
+    Innovation::impossible(robot, &prepared.sensors)
 }
 
 /// Which residual a search looks at, and why.

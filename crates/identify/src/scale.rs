@@ -56,12 +56,19 @@ impl Scales {
         }
     }
 
+    /// True if the encoders are so coarse that the motion needs much smoothing.
+    pub fn is_coarse(&self) -> bool {
+        self.smooth as f64 * self.period > COARSE
+    }
+
     /// Grid step, s.
     pub fn step(&self) -> f64 {
         self.period * self.stride as f64
     }
 }
 
+// Half width of the smoothing, s, that tells a coarse encoder.
+const COARSE: f64 = 0.013;
 // Half widths tried on logs of 500 Hz and more, and on those of 80 to 200 Hz, s.
 const FAST: [f64; 5] = [0.006, 0.008, 0.012, 0.016, 0.024];
 const SLOW: [f64; 4] = [0.030, 0.050, 0.080, 0.110];

@@ -11,7 +11,7 @@ use super::system::{Joint, SENSORS, Shown, State, System};
 use crate::least_squares::add;
 
 /// Most joints whose covariance is carried along together.
-pub(super) const GROUP: usize = 3;
+pub(super) const GROUP: usize = 7;
 
 /// The gain of one sensor in one sample, on the states of its group.
 #[derive(Debug, Clone, Copy)]
@@ -47,6 +47,10 @@ macro_rules! by_size {
         match $kalman.group.len() {
             1 => $kalman.$method::<4>($($argument),*),
             2 => $kalman.$method::<8>($($argument),*),
+            3 => $kalman.$method::<12>($($argument),*),
+            4 => $kalman.$method::<16>($($argument),*),
+            5 => $kalman.$method::<20>($($argument),*),
+            6 => $kalman.$method::<24>($($argument),*),
             _ => $kalman.$method::<{ 4 * GROUP }>($($argument),*),
         }
     };
