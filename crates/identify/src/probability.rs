@@ -25,8 +25,7 @@ pub struct Grounds {
     /// What is left in the end of the error that the effect was found by, as a share of it and of what the effect took away;
     /// zero where noise alone is left. Of an effect that relieves a tension only, one where more than noise is left.
     pub left: f64,
-    /// Effects that were accepted at the same place before; where more than noise is left, all others in the same joint:
-    /// several laws beside each other stand for one that is missing.
+    /// Other effects that were accepted in the same joint: several laws beside each other often stand for one that is missing.
     pub company: usize,
 }
 
@@ -35,7 +34,7 @@ pub const FEATURES: usize = 6;
 
 // Their weights, as `calibration fit` of the suite found them on 178 names of seeds 5000 to 5093 and 5500 to 5592, and the most
 // that is said: of the 34 surest of those names 32 were right (docs/recognition.md).
-const WEIGHTS: [f64; FEATURES] = [-3.56, 1.3, 1.42, 0.8, 0.49, -1.38];
+const WEIGHTS: [f64; FEATURES] = [-3.35, 0.86, 1.49, 0.93, 0.67, -2.14];
 const LEAST: f64 = 0.02;
 const MOST: f64 = 0.96;
 
@@ -98,7 +97,9 @@ impl Grounds {
     /// Of an accepted effect, by what the final model leaves of every channel.
     pub(crate) fn of(search: &Search, explored: &Explored, left: &[Left], entry: &Accepted) -> Self {
         let evidence = &entry.evidence;
-        let (share, company) = left_and_company(search, explored, left, entry);
+        let channels = &search.yardstick().problem.form.layout().channels;
+        let dof = |e: &Accepted| channels[e.evidence.channel].dof;
+        let same_joint = explored.state.accepted.iter().filter(|other| dof(other) == dof(entry));
         Self {
             by_tension: rests_on_tension(evidence),
             z: evidence.z,
@@ -106,8 +107,8 @@ impl Grounds {
             contribution: evidence.material.max(0.0).sqrt(),
             next: entry.rivals.iter().map(|(_, d)| d.max(1.0)).fold(NO_RIVAL, f64::min),
             tied: entry.rivals.iter().map(|(_, distance)| likelihood_of_tied(*distance)).sum(),
-            left: share,
-            company,
+            left: left_of(search, explored, left, entry),
+            company: same_joint.count() - 1,
         }
     }
 
@@ -117,18 +118,16 @@ impl Grounds {
     }
 }
 
-fn left_and_company(search: &Search, explored: &Explored, left: &[Left], entry: &Accepted) -> (f64, usize) {
+// What is left of the error that an effect was found by.
+fn left_of(search: &Search, explored: &Explored, left: &[Left], entry: &Accepted) -> f64 {
     let (evidence, layout) = (&entry.evidence, search.yardstick().problem.form.layout());
-    let dof = |e: &Accepted| layout.channels[e.evidence.channel].dof;
-    let accepted = &explored.state.accepted;
-    let concerns = |c: usize| rests_on_tension(evidence) || layout.channels[c].dof == dof(entry);
+    let dof = layout.channels[evidence.channel].dof;
+    let concerns = |c: usize| rests_on_tension(evidence) || layout.channels[c].dof == dof;
     if !left.iter().enumerate().any(|(c, l)| concerns(c) && l.noise() < l.square) {
-        let before = accepted.iter().take_while(|a| a.trial.label() != entry.trial.label());
-        return (0.0, before.filter(|a| a.trial.place == entry.trial.place).count());
+        return 0.0;
     }
-    let company = accepted.iter().filter(|a| dof(a) == dof(entry)).count() - 1;
     if rests_on_tension(evidence) {
-        return (1.0, company);
+        return 1.0;
     }
     // In rows in which errors are told, which are the same in all steps.
     let error = |rung: &Rung| mean_square(layout, evidence.channel, &rung.residual);
@@ -136,7 +135,7 @@ fn left_and_company(search: &Search, explored: &Explored, left: &[Left], entry: 
     let step = rungs.iter().position(|rung| rung.added.contains(&entry.trial.label()));
     let before = step.and_then(|step| rungs.get(step.checked_sub(1)?));
     let errors = before.zip(rungs.last()).map(|(before, last)| [error(before), error(last)]);
-    (share_left(evidence.explained, errors, left[evidence.channel]), company)
+    share_left(evidence.explained, errors, left[evidence.channel])
 }
 
 impl Left {
