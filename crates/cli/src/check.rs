@@ -46,8 +46,10 @@ impl Check {
                 Err(error) => unreadable.push(error),
             }
         }
-        if let Some(first) = unreadable.pop_if(|_| runs.is_empty() && self.runs.len() == 1) {
-            return Err(first);
+        if self.runs.len() == 1
+            && let Some(only) = unreadable.pop()
+        {
+            return Err(only);
         }
         let mut all: Vec<Note> = file.notes.iter().map(of_robot).collect();
         all.extend(unreadable.iter().map(of_reading));

@@ -75,7 +75,7 @@ const SETTLED_NOISE: f64 = 0.15;
 const TRIES: usize = 3;
 const WORSE: f64 = 0.01;
 // Most joints whose covariance is carried along together behind fine encoders: these show where a joint is, whatever its
-// neighbours do. Behind coarse ones the motion of one tells of the others, and without that χ² is four times what it should be.
+// neighbours do. Behind coarse ones the motion of one tells of the others, and without that χ² is five times what it should be.
 const FINE_GROUP: usize = 3;
 // Standard deviations of a velocity from rest within which it may be rest.
 const UNSURE: f64 = 6.0;

@@ -33,9 +33,10 @@ pub(super) fn check(run: &Run) -> Vec<Note> {
 // in the wrong column.
 fn exchanged(run: &Run, k: usize, pairs: &[(&Signal, &Signal)]) -> Option<Note> {
     let (theta, q) = pairs[k];
-    let own = likeness(&theta.values, &q.values);
-    let alike = |(motor, _): &&(&Signal, &Signal)| likeness(&motor.values, &q.values) >= SAME;
-    let other = pairs.iter().filter(|_| own < OTHER).find(alike)?.0;
+    if likeness(&theta.values, &q.values) >= OTHER {
+        return None;
+    }
+    let (other, _) = pairs.iter().find(|(motor, _)| likeness(&motor.values, &q.values) >= SAME)?;
     let statement = format!(
         "does not move as {} does, but as {}: columns that stand in each other's place?",
         theta.name(),
