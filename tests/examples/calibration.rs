@@ -3,6 +3,7 @@
 //!
 //! ```text
 //! cargo run --release -p sinew-tests --example calibration -- collect FILE FIRST..END     # adds a line for each name
+//! cargo run --release -p sinew-tests --example calibration -- collect FILE FIRST..END friction   # of one kind of case only
 //! cargo run --release -p sinew-tests --example calibration -- fit FILE                    # weights, and how well they hold
 //! cargo run --release -p sinew-tests --example calibration -- told FILE                   # how well what was told holds
 //! ```
@@ -23,7 +24,8 @@ fn main() -> Result<(), Failure> {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = args.iter().map(String::as_str).collect();
     match words[..] {
-        ["collect", file, seeds] => collect(file, range(seeds)?),
+        ["collect", file, seeds] => collect(file, range(seeds)?, None),
+        ["collect", file, seeds, kind] => collect(file, range(seeds)?, Some(kind)),
         ["fit", file] => fit(&read(file)?),
         ["told", file] => {
             let statements = read(file)?;
@@ -31,7 +33,7 @@ fn main() -> Result<(), Failure> {
             println!("{}", reliability(&told));
             Ok(())
         }
-        _ => Err("usage: calibration collect FILE FIRST..END | fit FILE | told FILE".into()),
+        _ => Err("usage: calibration collect FILE FIRST..END [KIND] | fit FILE | told FILE".into()),
     }
 }
 
@@ -51,10 +53,13 @@ struct Statement {
 }
 
 // Lines: seed, kind of case, name, probability told, right or not, the most that it may be, features.
-fn collect(file: &str, seeds: Range<u64>) -> Result<(), Failure> {
+fn collect(file: &str, seeds: Range<u64>, only: Option<&str>) -> Result<(), Failure> {
     let out = Mutex::new(std::fs::OpenOptions::new().create(true).append(true).open(file)?);
     seeds.into_par_iter().for_each(|seed| {
         let (arm, case, kind) = mixed_case(seed);
+        if only.is_some_and(|only| only != kind) {
+            return;
+        }
         let lines = match judge(&arm, &case, &Options::default()) {
             Err(error) => {
                 eprintln!("seed {seed} {:?}: {error}", case.hidden);

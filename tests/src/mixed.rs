@@ -1,13 +1,15 @@
-//! The population on which probabilities are calibrated: nothing, one effect, two of them, causes from outside the catalogue.
+//! The population on which probabilities are calibrated: nothing, one effect, two of them, all friction and one more, as where
+//! a model knows nothing of its drives, causes from outside the catalogue.
 
 use crate::drawn::Draws;
 use crate::hidden::{Hidden, are_twins};
 use crate::{Arm, Case, Conditions, foreign_causes, hidden_effects, null_case, one_joint, two_joints};
 
-// Shares of the cases that hide nothing, one effect, a cause from outside; the others hide two effects.
+// Shares of the cases that hide nothing, one effect, a cause from outside, all friction; the others hide two effects.
 const NOTHING: f64 = 0.1;
 const ONE: f64 = 0.5;
 const OUTSIDE: f64 = 0.2;
+const FRICTION: f64 = 0.1;
 // Shares of the arms that are the suite's own, in its own conditions, and of those of one joint.
 const OWN: f64 = 0.5;
 const SINGLE: f64 = 0.6;
@@ -43,10 +45,22 @@ pub fn mixed_case(seed: u64) -> (Arm, Case, &'static str) {
         let mut causes = foreign_causes(&arm, dof, size);
         let cause = causes.swap_remove(draws.below(causes.len()));
         (Case::foreign(&arm, &cause, dof, conditions, seed), "outside")
+    } else if kind < NOTHING + ONE + OUTSIDE + FRICTION {
+        let friction: Vec<Hidden> = joints.iter().flat_map(|&dof| friction(&arm, dof)).collect();
+        let mut all: Vec<&Hidden> = friction.iter().filter(|h| h.is_seen_by(conditions.sensors)).collect();
+        if !all.iter().any(|h| are_twins(h.effect, one.effect)) {
+            all.push(&one);
+        }
+        (hides(&all), "friction")
     } else if are_twins(one.effect, other.effect) {
         (hides(&[&one]), "one")
     } else {
         (hides(&[&one, &other]), "two")
     };
     (arm, case, kind)
+}
+
+fn friction(arm: &Arm, dof: usize) -> impl Iterator<Item = Hidden> {
+    let plain = |h: &Hidden| matches!(h.effect, "viscous_friction" | "coulomb_friction");
+    hidden_effects(arm, dof, 1.0).into_iter().filter(plain)
 }
