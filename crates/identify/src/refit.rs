@@ -71,7 +71,8 @@ pub(crate) fn refit(
     }
     descent.descend(leader);
     let structural_rival = trial.card.rivals.iter().any(|r| r.structural);
-    if structural_rival && score.drop > 30.0 && descent.best > base.objective - 0.1 * score.drop {
+    let falls_short = || descent.best > base.objective - 0.1 * score.drop;
+    if structural_rival && score.drop > 30.0 && (falls_short() || descent.model.penalty() > STRAINED) {
         // With many unknowns exact derivatives are dear.
         let few = base.model.unknowns.len() <= MANY;
         descent.follow_valley(&if few { problem.exact() } else { about });
@@ -216,6 +217,9 @@ fn shorter_than_a_sample(model: &Candidate, own: &[usize], period: f64) -> Optio
     let time = own.iter().filter_map(of).fold(f64::NAN, f64::max);
     (time < period).then(|| format!("{:.2} ms are less than one sample", 1e3 * time))
 }
+
+// χ² of the priors at the end of a descent above which a candidate that scales them all may not have arrived.
+const STRAINED: f64 = 9.0;
 
 // Standard deviations from zero of a stated parameter that is there for sure.
 const SURE: f64 = 3.0;
