@@ -14,6 +14,9 @@ const HALF: f64 = 0.3;
 const NEAR_FLOOR: f64 = 2.0;
 // What the past foretells of the rows of an adequate model, in the variance of their noise.
 const FORETOLD: f64 = 0.5;
+// Error, as a share of its signal, below which a channel holds nothing: a log without noise shows the steps of the
+// integration and the rounding of the file.
+const EXACT: f64 = 2e-4;
 
 /// The three numbers of every channel for a fitted model.
 pub(crate) fn channels(search: &Search, state: &State) -> Vec<ChannelReport> {
@@ -40,9 +43,12 @@ pub(crate) fn channels(search: &Search, state: &State) -> Vec<ChannelReport> {
 
 /// The word for a model with `accepted` effects that leaves this.
 pub(crate) fn word(channels: &[ChannelReport], left: &[Left], accepted: usize) -> Verdict {
-    let foretold = left.iter().map(|l| l.foretold).fold(0.0, f64::max);
-    let worst = channels.iter().map(|c| c.predictable_remainder).fold(0.0, f64::max);
-    let far = channels.iter().map(|c| c.distance_to_floor).fold(0.0, f64::max);
+    let inexact = || channels.iter().zip(left).filter(|(c, _)| c.unseen_error > EXACT);
+    let worst_of =
+        |of: fn(&ChannelReport, &Left) -> f64| inexact().map(|(c, l)| of(c, l)).fold(0.0, f64::max);
+    let foretold = worst_of(|_, l| l.foretold);
+    let worst = worst_of(|c, _| c.predictable_remainder);
+    let far = worst_of(|c, _| c.distance_to_floor);
     match accepted {
         0 if worst < COMPLETE && far < NEAR_FLOOR && foretold < FORETOLD => Verdict::Adequate,
         0 => Verdict::Unexplained,
@@ -140,6 +146,8 @@ mod tests {
         };
         let left = |foretold| [Left { square: 2.6, quiet: 1.0, foretold }];
         let of = |foretold, accepted| word(std::slice::from_ref(&channel), &left(foretold), accepted);
+        let exact = ChannelReport { unseen_error: 1e-5, ..channel.clone() };
+        assert_eq!(word(&[exact], &left(2.3), 0), Verdict::Adequate);
         assert_eq!(of(0.1, 0), Verdict::Adequate);
         assert_eq!(of(2.3, 0), Verdict::Unexplained);
         assert_eq!(of(2.3, 1), Verdict::Missing);
