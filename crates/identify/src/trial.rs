@@ -82,9 +82,14 @@ impl Trial {
             "payload" => 0.8,
             "base_tilt" => 0.85 * count,
             "presliding_friction" => 1.5 * count,
-            "viscous_friction" | "coulomb_friction" => 0.9,
+            _ if self.is_plain_friction() => 0.9,
             _ => count,
         }
+    }
+
+    /// True for the friction that every drive has.
+    pub fn is_plain_friction(&self) -> bool {
+        matches!(self.card.name, "viscous_friction" | "coulomb_friction")
     }
 
     /// The sentence that refuses strengths of an impossible sign.
