@@ -245,6 +245,7 @@ impl Layout {
             time,
             signals: signals.collect(),
             notes: self.notes.clone(),
+            left_out: Vec::new(),
             origin: Some(Origin { file, lines }),
         };
         Ok((run, faults))

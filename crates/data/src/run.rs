@@ -37,6 +37,8 @@ pub struct Run {
     pub signals: Vec<Signal>,
     /// What the reader had to tell.
     pub notes: Vec<Note>,
+    /// Windows, s, in which something acts that is no part of the robot: nothing is fitted to them.
+    pub left_out: Vec<[f64; 2]>,
     pub(crate) origin: Option<Origin>,
 }
 
@@ -76,7 +78,7 @@ impl Run {
     /// assert_eq!(run.joints(), ["elbow"]);
     /// ```
     pub fn new(name: String, time: Vec<f64>, signals: Vec<Signal>) -> Result<Run, DataError> {
-        let run = Run { name, time, signals, notes: Vec::new(), origin: None };
+        let run = Run { name, time, signals, notes: Vec::new(), left_out: Vec::new(), origin: None };
         run.validate(|signal| signal.to_string(), "time")?;
         Ok(run)
     }
@@ -134,6 +136,7 @@ impl Run {
             time: self.time[first..end].to_vec(),
             signals: signals.collect(),
             notes: self.notes.clone(),
+            left_out: self.left_out.clone(),
             origin: self
                 .origin
                 .as_ref()

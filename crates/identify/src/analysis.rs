@@ -7,6 +7,7 @@ use sinew_plant::Plant;
 
 use crate::before;
 use crate::comparison::Prepared;
+use crate::episode::Episode;
 use crate::innovation::Innovation;
 use crate::options::Residual;
 use crate::problem::Problem;
@@ -24,12 +25,23 @@ pub(crate) struct Analysis<'a> {
     pub prepared: &'a Prepared,
     /// What the data checks suspect.
     pub suspicions: Vec<Finding>,
+    /// What the runs leave out because something acted then.
+    pub episodes: Vec<Episode>,
     // Why this residual.
     why: &'static str,
 }
 
-/// Does `work` with a search of the runs; `work` also says whether an effect was named. Where none was and a misfit
-/// passed for torque noise, the work is done once more with the imposed residual.
+/// What came of a search.
+pub(crate) struct Worked<T> {
+    pub result: T,
+    /// True if an effect was named.
+    pub is_named: bool,
+    /// Short times of the runs to which all that is unexplained is confined.
+    pub episodes: Vec<Episode>,
+}
+
+/// Does `work` with a search of the runs. Where it names nothing and a misfit passed for torque noise, the work is done
+/// once more with the imposed residual; where all that is left is confined to episodes, once more without them.
 ///
 /// # Errors
 /// If the robot is no plant, a run lacks the signals or fails a check, or the work fails.
@@ -38,27 +50,44 @@ pub(crate) fn analysed<T>(
     catalogue: &Catalogue,
     runs: &[Run],
     options: &Options,
-    work: impl Fn(&mut Search, &Analysis) -> Result<(T, bool), IdentifyError>,
+    work: impl Fn(&mut Search, &Analysis) -> Result<Worked<T>, IdentifyError>,
 ) -> Result<T, IdentifyError> {
+    let whole = worked(robot, catalogue, runs, options, Vec::new(), &work)?;
+    if whole.episodes.is_empty() {
+        return Ok(whole.result);
+    }
+    let mut rest = runs.to_vec();
+    whole.episodes.iter().for_each(|e| rest[e.record].left_out.push(e.window));
+    Ok(worked(robot, catalogue, &rest, options, whole.episodes, &work)?.result)
+}
+
+fn worked<T>(
+    robot: &Robot,
+    catalogue: &Catalogue,
+    runs: &[Run],
+    options: &Options,
+    episodes: Vec<Episode>,
+    work: impl Fn(&mut Search, &Analysis) -> Result<Worked<T>, IdentifyError>,
+) -> Result<Worked<T>, IdentifyError> {
     let (robot, prepared, suspicions) = before::begun(robot, catalogue, runs, options)?;
     let robot = &robot;
     let imposed = prepared.form(robot);
     let problem = Problem::new(robot, catalogue, &imposed, options);
     let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);
     let (innovation, why) = chosen(robot, catalogue, runs, &prepared, options)?;
-    let mut begun = Analysis { robot, prepared: &prepared, suspicions, why };
+    let mut begun = Analysis { robot, prepared: &prepared, suspicions, episodes, why };
     if let Some(innovation) = innovation {
         let reference = innovation.present();
         let own = Problem { form: &innovation, ..problem };
         let mut about = Search::new(&own, reference.records(), &prepared.sensors).told_by(Some(&search));
-        let (result, is_named) = work(&mut about, &begun)?;
+        let worked = work(&mut about, &begun)?;
         let is_drowned = || is_drowned(&prepared, &innovation.present().torque_noise);
-        if is_named || options.residual.is_some() || !is_drowned() {
-            return Ok(result);
+        if worked.is_named || options.residual.is_some() || !is_drowned() {
+            return Ok(worked);
         }
         begun.why = DROWNED;
     }
-    Ok(work(&mut search, &begun)?.0)
+    work(&mut search, &begun)
 }
 
 // Sample rate, Hz, from which the torque noise of single samples tells on the encoders.

@@ -6,9 +6,10 @@ use sinew_data::Run;
 use sinew_effect::Catalogue;
 use sinew_model::{Robot, Setting};
 
-use crate::analysis::{analysed, residual_told};
+use crate::analysis::{Analysis, Worked, analysed, residual_told};
 use crate::base::scope;
 use crate::comparison::as_given;
+use crate::episode::{Episode, episodes};
 use crate::explore::{Explored, explore, widening};
 use crate::fitting::{ParameterReport, Reported, parameters};
 use crate::gates::Evidence;
@@ -124,23 +125,34 @@ pub fn diagnose(
         let explored = explore(search, base, None)?;
         let scope = scope(robot, &begun.prepared.sensors, runs);
         let scope = format!("{scope}; {}", residual_told(search, begun));
-        let diagnosis = report(search, &explored, findings, scope)?;
-        let is_named = !diagnosis.accepted.is_empty();
-        Ok((diagnosis, is_named))
+        let result = report(search, &explored, begun, findings, scope)?;
+        let is_named = !result.accepted.is_empty();
+        let episodes = left_episodes(search, &explored, &result);
+        Ok(Worked { result, is_named, episodes })
     })
+}
+
+/// The episodes to which all is confined that a diagnosis does not explain.
+pub(crate) fn left_episodes(search: &Search, explored: &Explored, diagnosis: &Diagnosis) -> Vec<Episode> {
+    match diagnosis.verdict {
+        Verdict::Unexplained | Verdict::PartlyExplained => episodes(search, &explored.state),
+        _ => Vec::new(),
+    }
 }
 
 /// The diagnosis of a finished search.
 pub(crate) fn report(
     search: &Search,
     explored: &Explored,
+    begun: &Analysis,
     findings: Vec<Finding>,
     scope: String,
 ) -> Result<Diagnosis, IdentifyError> {
     let state = &explored.state;
     let reports = parameters(search, state, widening(search, state));
     let own = clocks(search, state, &reports).into_iter().chain(differences(state, &reports));
-    let findings = own.chain(findings).collect();
+    let episodes = begun.episodes.iter().map(|episode| episode.finding(search));
+    let findings = episodes.chain(own).chain(findings).collect();
     let channels = channels(search, state);
     let left = left_of_channels(search.problem.form.layout(), &state.fitted.white);
     let mut verdict = word(&channels, &left, state.accepted.len());
@@ -170,11 +182,20 @@ pub(crate) fn report(
     if verdict == Verdict::Unexplained {
         candidates.extend(partial(explored));
     }
-    let accepted = state
+    let mut accepted: Vec<Accepted> = state
         .accepted
         .iter()
         .map(|e| Accepted { effect: e.trial.card.name.to_owned(), place: e.trial.place.to_string() })
         .collect();
+    let is_rest_explained = matches!(verdict, Verdict::Adequate | Verdict::Missing);
+    for episode in &begun.episodes {
+        let candidate = episode.candidate(search, state, is_rest_explained);
+        accepted.push(Accepted { effect: candidate.effect.clone(), place: candidate.place.clone() });
+        candidates.push(candidate);
+    }
+    if is_rest_explained && !begun.episodes.is_empty() {
+        verdict = Verdict::Missing;
+    }
     let refusals = search.refusals.clone();
     let limits = if verdict == Verdict::Adequate { limits(search, explored) } else { Vec::new() };
     Ok(Diagnosis {

@@ -6,10 +6,10 @@ use sinew_data::Run;
 use sinew_effect::{Catalogue, Written};
 use sinew_model::{EffectSpec, Model, Place, Robot};
 
-use crate::analysis::{analysed, residual_told};
+use crate::analysis::{Worked, analysed, residual_told};
 use crate::base::{is_nuisance, scope};
 use crate::comparison::{Prepared, SignalError, as_given, signals, total};
-use crate::diagnosis::{Diagnosis, report};
+use crate::diagnosis::{Diagnosis, left_episodes, report};
 use crate::explore::{Explored, Rung, Unseen, explore, widening};
 use crate::heterogeneity::run_to_run;
 use crate::problem::{Candidate, Equations, Problem};
@@ -184,9 +184,11 @@ fn work(
         steps.extend(explored.rungs.iter().map(|r| step(r.added.clone(), &r.residual, r.unseen.as_ref())));
         let scope = scope(robot, &prepared.sensors, runs);
         let scope = format!("{scope}; {}", residual_told(search, begun));
-        let diagnosis = report(search, &explored, given.findings, scope)?;
+        let diagnosis = report(search, &explored, begun, given.findings, scope)?;
         let is_named = !diagnosis.accepted.is_empty();
-        Ok((finished(search, explored, diagnosis, steps, runs, check), is_named))
+        let episodes = left_episodes(search, &explored, &diagnosis);
+        let result = finished(search, explored, diagnosis, steps, runs, check);
+        Ok(Worked { result, is_named, episodes })
     })
 }
 

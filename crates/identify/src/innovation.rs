@@ -326,9 +326,12 @@ impl<'a> Pass<'a> {
     // −2 log likelihood of every run.
     fn misfits(&self, noise: &[f64]) -> Vec<f64> {
         let misfits = self.of_each_group(noise, |kalman, run| {
-            let (mut sum, led) = (0.0, kalman.system.led);
+            let (mut sum, led, record) = (0.0, kalman.system.led, &self.records[run]);
             let input = |joint, k| self.input(run, joint, k);
-            kalman.misfit(usize::MAX, input, |_, k, value| sum += if k < led { 0.0 } else { value });
+            kalman.misfit(usize::MAX, input, |_, k, value| {
+                let counts = k >= led && !record.time.get(k).is_some_and(|time| record.leaves_out(*time));
+                sum += if counts { value } else { 0.0 };
+            });
             sum
         });
         misfits.into_iter().map(|groups| groups.into_iter().sum()).collect()

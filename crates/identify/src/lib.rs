@@ -12,6 +12,7 @@ mod colour;
 mod comparison;
 mod descent;
 mod diagnosis;
+mod episode;
 mod error;
 mod exchange;
 mod explore;

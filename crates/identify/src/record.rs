@@ -7,6 +7,7 @@ use sinew_effect::{DIRECTIONS, Derivative, Sensor};
 use sinew_model::{Model, Robot};
 
 use crate::IdentifyError;
+use crate::episode::is_within;
 use crate::freedom::{Freedom, Links};
 use crate::innovation::Innovations;
 use crate::scale::Scales;
@@ -63,6 +64,8 @@ pub(crate) struct Record {
     pub scales: Scales,
     /// Grid times, s.
     pub time: Vec<f64>,
+    /// Windows, s, whose rows do not count.
+    pub left_out: Vec<[f64; 2]>,
     /// Imposed position, velocity, acceleration.
     pub theta: Vec<Vec<f64>>,
     pub thetad: Vec<Vec<f64>>,
@@ -190,6 +193,7 @@ impl Record {
             name: run.name.clone(),
             scales,
             time: thin.thinned(&grid.times(), scales.wide),
+            left_out: run.left_out.clone(),
             theta: Vec::new(),
             thetad: Vec::new(),
             thetadd: Vec::new(),
@@ -269,6 +273,11 @@ impl Record {
     /// Adds to the acceleration of a degree of freedom.
     pub fn accelerate(&mut self, dof: usize, more: &[f64]) {
         self.thetadd[dof].iter_mut().zip(more).for_each(|(thetadd, more)| *thetadd += more);
+    }
+
+    /// True if what happens at a stamp does not count.
+    pub fn leaves_out(&self, time: f64) -> bool {
+        self.left_out.iter().any(|window| is_within(time, *window))
     }
 
     /// Steps of the grid.

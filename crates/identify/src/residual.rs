@@ -149,9 +149,10 @@ impl Layout {
                 layout.segments.push(Segment { record: r, channel: c, first: layout.len, len: rows });
                 layout.len += rows;
                 for k in 0..rows {
-                    let time = record.time[record.centre(k)] - record.time[0];
-                    let torque = channel.signal() == "motor_torque";
-                    layout.keep.push(time >= start && !(torque && rest[k] > REST_SHARE));
+                    let stamp = record.time[record.centre(k)];
+                    let time = stamp - record.time[0];
+                    let rests = channel.signal() == "motor_torque" && rest[k] > REST_SHARE;
+                    layout.keep.push(time >= start && !rests && !record.leaves_out(stamp));
                     layout.reversal.push(reversal[k]);
                     layout.block.push(layout.blocks + (time / BLOCK) as usize);
                     layout.fold.push(layout.folds + (k * FOLDS / rows.max(1)).min(FOLDS - 1));

@@ -18,7 +18,7 @@ use sinew_effect::Catalogue;
 use sinew_model::Robot;
 use sinew_plant::Plant;
 
-use crate::analysis::analysed;
+use crate::analysis::{Worked, analysed};
 use crate::explore::explore;
 use crate::freedom::Springs;
 use crate::innovation::Reference;
@@ -92,7 +92,8 @@ pub fn trial(
         let sentence = sentence(&false_acceptance);
         let effects: Vec<String> = explored.state.accepted.iter().map(|a| a.trial.label()).collect();
         let is_named = !effects.is_empty();
-        Ok((TrialReport { effects, false_acceptance, surrogates, sentence }, is_named))
+        let result = TrialReport { effects, false_acceptance, surrogates, sentence };
+        Ok(Worked { result, is_named, episodes: Vec::new() })
     })
 }
 

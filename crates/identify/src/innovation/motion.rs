@@ -28,6 +28,8 @@ pub(super) struct Even {
     /// Standard deviation of a reading: of each channel, of each motor position.
     pub noise: Vec<f64>,
     pub theta_noise: Vec<f64>,
+    // Windows whose rows do not count.
+    left_out: Vec<[f64; 2]>,
     // Temperature of each joint, where it was logged.
     temperature: Vec<Option<Vec<f64>>>,
     // Link motion of the first moments.
@@ -90,6 +92,7 @@ impl Even {
             theta: vec![still.clone(); nv],
             noise: Vec::new(),
             theta_noise: vec![0.0; nv],
+            left_out: run.left_out.clone(),
             temperature: Vec::new(),
             start: vec![None; nv],
             time,
@@ -157,6 +160,7 @@ impl Even {
         Record {
             name: self.name.clone(),
             scales: Scales { early, ..self.scales },
+            left_out: self.left_out.clone(),
             theta: theta.collect(),
             thetad_wide: thetad.clone(),
             thetad,
@@ -205,6 +209,7 @@ impl Even {
             name: self.name.clone(),
             scales: Scales { stride: 2, early, ..self.scales },
             time: odd(&self.time),
+            left_out: self.left_out.clone(),
             theta: motion.theta.iter().map(odd).collect(),
             thetadd: motion.thetad.iter().map(slope).collect(),
             sweep,

@@ -49,7 +49,8 @@ impl Pass<'_> {
                 let input = |joint, k| self.input(run, joint, k);
                 kalman.misfit(used, input, |joint, k, value| {
                     let speed = record.thetad[self.form.joints[joint].dof][k];
-                    if k >= settled && speed.abs() > moving[run][joint] {
+                    if k >= settled && speed.abs() > moving[run][joint] && !record.leaves_out(record.time[k])
+                    {
                         blocks[joint].add(k / of_block, value);
                     }
                 });

@@ -1,0 +1,327 @@
+//! Episodes: an error that is confined to a short time of one run, while the rest of the log is noise. Somebody leaned on
+//! the arm, a cable caught, the log is wrong there; a robot's own laws come back wherever the motion does.
+
+use sinew_effect::Sensor;
+
+use crate::diagnosis::CandidateReport;
+use crate::fitting::ParameterReport;
+use crate::report::Finding;
+use crate::residual::Layout;
+use crate::search::{Search, State};
+use crate::verdict::rms;
+
+/// A short time of one run in which something acted that no law of the robot explains.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Episode {
+    /// Which run.
+    pub record: usize,
+    /// From and to, stamps of the run, s.
+    pub window: [f64; 2],
+    /// The channel with most of it.
+    pub channel: usize,
+    /// Its share of the squared error of that channel.
+    pub share: f64,
+    /// Mean square of its whitened rows, by that of the other rows.
+    pub size: f64,
+    /// Its excess by the chance of noise.
+    pub z: f64,
+}
+
+/// The name of the effect.
+pub(crate) const NAME: &str = "external_force_episode";
+
+// Most episodes of a log, and of a run the most that one may take.
+const MOST: usize = 2;
+const LONGEST: f64 = 0.2;
+// Rows of an episode, at least, and their mean square in units of the other rows'.
+const FEWEST_ROWS: usize = 5;
+const LARGE: f64 = 8.0;
+// Times the typical mean square beyond which a row speaks for an episode.
+const HIGH: f64 = 3.0;
+// Mean square, in units of noise, that the typical second and all rows outside may leave.
+const QUIET: f64 = 2.0;
+// Seconds beside an episode in which filters still remember it.
+const MEMORY: f64 = 0.3;
+
+// Squares and counts of one run by row, all channels together, with the stamps of the rows.
+struct Course {
+    record: usize,
+    time: Vec<f64>,
+    squares: Vec<f64>,
+    counts: Vec<f64>,
+}
+
+/// The episodes of what a model leaves; none unless the rest is noise.
+pub(crate) fn episodes(search: &Search, state: &State) -> Vec<Episode> {
+    let layout = search.problem.form.layout();
+    let stamp = |record: usize, row: usize| {
+        let record = &search.records[record];
+        record.time[record.centre(row).min(record.len() - 1)]
+    };
+    confined(layout, &state.fitted.white, stamp)
+}
+
+fn confined(layout: &Layout, white: &[f64], stamp: impl Fn(usize, usize) -> f64) -> Vec<Episode> {
+    let mut courses = courses(layout, white, &stamp);
+    let Some(typical) = typical(layout, white) else { return Vec::new() };
+    let typical = typical.max(1.0);
+    let mut found: Vec<(usize, usize, usize)> = Vec::new();
+    while found.len() < MOST {
+        let best = courses.iter().enumerate().map(|(r, course)| (r, highest(course, HIGH * typical)));
+        let Some((r, (_, first, end))) = best.max_by(|a, b| a.1.0.total_cmp(&b.1.0)) else { break };
+        let course = &mut courses[r];
+        let (square, count) = course.sums(first, end);
+        let is_short = (end - first) as f64 <= LONGEST * course.time.len() as f64;
+        if end - first < FEWEST_ROWS || !is_short || square < LARGE * typical * count {
+            break;
+        }
+        found.push((r, first, end));
+        let window = [course.time[first] - MEMORY, course.time[end - 1] + MEMORY];
+        course.forget(window);
+    }
+    let (square, count) = courses.iter().map(|c| c.sums(0, c.time.len())).fold((0.0, 0.0), add);
+    if typical > QUIET || square > QUIET * count {
+        return Vec::new();
+    }
+    let course = |r: usize| &courses[r];
+    let of = |&(r, first, end): &(usize, usize, usize)| {
+        let (record, time) = (course(r).record, &course(r).time);
+        let window = [time[first] - MEMORY, time[end - 1] + MEMORY];
+        told(layout, white, record, first..end, window, square / count.max(1.0))
+    };
+    found.iter().map(of).collect()
+}
+
+fn add(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
+    (a.0 + b.0, a.1 + b.1)
+}
+
+impl Course {
+    fn sums(&self, first: usize, end: usize) -> (f64, f64) {
+        (self.squares[first..end].iter().sum(), self.counts[first..end].iter().sum())
+    }
+
+    fn forget(&mut self, window: [f64; 2]) {
+        for k in (0..self.time.len()).filter(|&k| is_within(self.time[k], window)) {
+            (self.squares[k], self.counts[k]) = (0.0, 0.0);
+        }
+    }
+}
+
+/// True for a stamp in a window.
+pub(crate) fn is_within(time: f64, [from, to]: [f64; 2]) -> bool {
+    time >= from && time <= to
+}
+
+fn courses(layout: &Layout, white: &[f64], stamp: impl Fn(usize, usize) -> f64) -> Vec<Course> {
+    let mut courses: Vec<Course> = Vec::new();
+    for segment in &layout.segments {
+        if courses.last().is_none_or(|c| c.record != segment.record) {
+            courses.push(Course {
+                record: segment.record,
+                time: (0..segment.len).map(|row| stamp(segment.record, row)).collect(),
+                squares: vec![0.0; segment.len],
+                counts: vec![0.0; segment.len],
+            });
+        }
+        let Some(course) = courses.last_mut() else { continue };
+        for row in (0..segment.len).filter(|row| layout.keep[segment.first + row]) {
+            course.squares[row] += white[segment.first + row].powi(2);
+            course.counts[row] += 1.0;
+        }
+    }
+    courses
+}
+
+// The median of the mean squares of all seconds.
+fn typical(layout: &Layout, white: &[f64]) -> Option<f64> {
+    let mut seconds = vec![(0.0, 0.0f64); layout.blocks];
+    for k in (0..layout.len).filter(|&k| layout.keep[k]) {
+        let (square, count) = &mut seconds[layout.block[k]];
+        *square += white[k].powi(2);
+        *count += 1.0;
+    }
+    let counted = seconds.iter().filter(|(_, count)| *count > 0.0);
+    let mut means: Vec<f64> = counted.map(|(square, count)| square / count).collect();
+    means.sort_by(f64::total_cmp);
+    means.get(means.len() / 2).copied()
+}
+
+// The rows with the largest sum of squares beyond `level` each: sum, first, end (Kadane's scan).
+fn highest(course: &Course, level: f64) -> (f64, usize, usize) {
+    let (mut best, mut sum, mut first) = ((0.0, 0, 0), 0.0f64, 0);
+    for k in 0..course.time.len() {
+        if sum <= 0.0 {
+            (sum, first) = (0.0, k);
+        }
+        sum += course.squares[k] - level * course.counts[k];
+        if sum > best.0 {
+            best = (sum, first, k + 1);
+        }
+    }
+    best
+}
+
+fn told(
+    layout: &Layout,
+    white: &[f64],
+    record: usize,
+    rows: std::ops::Range<usize>,
+    window: [f64; 2],
+    rest: f64,
+) -> Episode {
+    let own = |c: usize| layout.of_channel(c).filter(move |s| s.record == record);
+    let square = |c: usize| -> f64 {
+        own(c).flat_map(|s| &white[s.first + rows.start..s.first + rows.end]).map(|w| w * w).sum()
+    };
+    let channel = (0..layout.channels.len()).max_by(|&a, &b| square(a).total_cmp(&square(b))).unwrap_or(0);
+    let all: f64 = crate::colour::rows_of(layout, channel).map(|k| white[k] * white[k]).sum();
+    let (inside, count) = (square(channel), rows.len() as f64);
+    Episode {
+        record,
+        window,
+        channel,
+        share: inside / all.max(1e-300),
+        size: inside / count / rest.max(1e-300),
+        z: (inside - count) / (2.0 * count).sqrt(),
+    }
+}
+
+// How often such a statement is right: what happened once in one run cannot be told from a fault of the log.
+const ONCE: f64 = 0.7;
+const AMONG_OTHERS: f64 = 0.3;
+
+impl Episode {
+    /// The finding that says so.
+    pub fn finding(&self, search: &Search) -> Finding {
+        let (joint, signal) = self.place(search);
+        let run = &search.records[self.record].name;
+        let [from, to] = self.window;
+        Finding {
+            statement: format!(
+                "{run}: between {from:.2} and {to:.2} s something acted at {joint} that comes back nowhere else: this time is left out of every fit"
+            ),
+            joint,
+            signal,
+            regime: format!("run {run}"),
+            share: self.share,
+        }
+    }
+
+    /// The candidate of a diagnosis; `is_rest_explained`: nothing else is left.
+    pub fn candidate(&self, search: &Search, state: &State, is_rest_explained: bool) -> CandidateReport {
+        let [from, to] = self.window;
+        let value = |name: &str, value: f64, unit: &str| ParameterReport {
+            name: name.to_owned(),
+            value,
+            std: 0.0,
+            between_runs: 0.0,
+            unit: unit.to_owned(),
+            low: value,
+            high: value,
+            start: value,
+            note: None,
+        };
+        let torque = self.torque(search, state).map(|(torque, unit)| value("torque", torque, unit));
+        CandidateReport {
+            effect: NAME.to_owned(),
+            place: self.place(search).0,
+            probability: if is_rest_explained { ONCE } else { AMONG_OTHERS },
+            error_explained: self.share,
+            contribution: self.size.sqrt(),
+            values: [value("from", from, "s"), value("to", to, "s")].into_iter().chain(torque).collect(),
+            z: self.z,
+            grounds: None,
+            rivals: Vec::new(),
+        }
+    }
+
+    fn place(&self, search: &Search) -> (String, String) {
+        let channel = &search.problem.form.layout().channels[self.channel];
+        (search.problem.robot.model.dof_name(channel.dof).to_owned(), channel.signal().to_owned())
+    }
+
+    // Mean of what the torque lacks in the window, as a torque on the joint, and its unit.
+    fn torque(&self, search: &Search, state: &State) -> Option<(f64, &'static str)> {
+        let layout = search.yardstick().problem.form.layout();
+        let dof = search.problem.form.layout().channels[self.channel].dof;
+        let is_its = |c: &usize| {
+            let channel = &layout.channels[*c];
+            channel.dof == dof && channel.sensor != Sensor::JointPosition
+        };
+        let channel = (0..layout.channels.len()).find(is_its)?;
+        let residual = search.told(state);
+        let record = &search.yardstick().records[self.record];
+        let [from, to] = self.window;
+        let inside = [from + MEMORY, to - MEMORY];
+        let rows: Vec<f64> = layout
+            .of_channel(channel)
+            .filter(|s| s.record == self.record)
+            .flat_map(|s| (0..s.len).map(move |row| (row, s.first + row)))
+            .filter(|(row, _)| is_within(record.time[record.centre(*row)], inside))
+            .map(|(_, k)| residual[k])
+            .collect();
+        let mean = rows.iter().sum::<f64>() / rows.len().max(1) as f64;
+        let unit = layout.channels[channel].unit(&search.problem.robot.model);
+        (!rows.is_empty() && rms(rows.iter().copied()) > 0.0).then_some((-mean, unit))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{Rng, SeedableRng, rngs::SmallRng};
+
+    use super::*;
+    use crate::record::Channel;
+    use crate::residual::Segment;
+
+    // Twenty seconds of two channels at 50 rows a second.
+    fn layout() -> Layout {
+        let (rows, channels) = (1000, [Sensor::MotorTorque, Sensor::JointPosition]);
+        let segment = |channel: usize| Segment { record: 0, channel, first: channel * rows, len: rows };
+        Layout {
+            channels: channels.map(|sensor| Channel { sensor, dof: 0 }).to_vec(),
+            segments: vec![segment(0), segment(1)],
+            len: 2 * rows,
+            keep: vec![true; 2 * rows],
+            reversal: vec![0.0; 2 * rows],
+            block: (0..2 * rows).map(|k| k % rows / 50).collect(),
+            fold: vec![0; 2 * rows],
+            blocks: 20,
+            folds: 1,
+            period: 2e-3,
+        }
+    }
+
+    fn noise() -> Vec<f64> {
+        let mut random = SmallRng::seed_from_u64(7);
+        (0..2000).map(|_| (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0).collect()
+    }
+
+    fn found(white: &[f64]) -> Vec<Episode> {
+        confined(&layout(), white, |_, row| row as f64 / 50.0)
+    }
+
+    #[test]
+    fn a_push_of_a_second_is_an_episode() {
+        let mut white = noise();
+        white[300..350].iter_mut().for_each(|w| *w += 8.0);
+        let [episode] = &found(&white)[..] else { panic!("not one episode") };
+        assert_eq!((episode.record, episode.channel), (0, 0));
+        let [from, to] = episode.window;
+        assert!((from + MEMORY - 6.0).abs() < 0.1 && (to - MEMORY - 6.98).abs() < 0.1, "{episode:?}");
+        assert!(episode.share > 0.7 && episode.z > 100.0);
+    }
+
+    #[test]
+    fn noise_and_what_comes_back_are_none() {
+        assert_eq!(found(&noise()), []);
+        // At every reversal, half a second each of three.
+        let mut white = noise();
+        (0..1000).filter(|k| k % 150 < 25).for_each(|k| white[k] += 8.0);
+        assert_eq!(found(&white), []);
+        // All along.
+        let white: Vec<f64> = noise().iter().map(|w| 3.0 * w).collect();
+        assert_eq!(found(&white), []);
+    }
+}
