@@ -74,8 +74,8 @@ impl Whitener {
     }
 
     /// Whitened columns.
-    pub fn apply_all(&self, layout: &Layout, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        columns.iter().map(|c| self.apply(layout, c)).collect()
+    pub fn apply_all<C: AsRef<[f64]>>(&self, layout: &Layout, columns: &[C]) -> Vec<Vec<f64>> {
+        columns.iter().map(|c| self.apply(layout, c.as_ref())).collect()
     }
 
     /// The noise of every channel of a model whose rows, columns and generic predictors are given.
@@ -85,7 +85,7 @@ impl Whitener {
         plant: &Plant,
         p: &[f64],
         residual: &[f64],
-        columns: &[&[Vec<f64>]],
+        columns: &[&[f64]],
         seed: u64,
     ) -> Self {
         let layout = form.layout();
@@ -176,11 +176,11 @@ fn reversal_kappa(layout: &Layout, rows: &[usize], left: &[f64], scale: f64) -> 
 }
 
 /// What is left of a channel when everything that could be meant is fitted at once, corrected for its freedom.
-fn saturated(layout: &Layout, c: usize, residual: &[f64], columns: &[&[Vec<f64>]]) -> Vec<f64> {
+fn saturated(layout: &Layout, c: usize, residual: &[f64], columns: &[&[f64]]) -> Vec<f64> {
     let rows: Vec<usize> = rows_of(layout, c).collect();
     let y: Vec<f64> = rows.iter().map(|&k| residual[k]).collect();
     let mut x: Vec<Vec<f64>> = Vec::new();
-    for column in columns.iter().flat_map(|set| set.iter()) {
+    for column in columns {
         let mut v: Vec<f64> = rows.iter().map(|&k| column[k]).collect();
         let norm = v.iter().map(|a| a * a).sum::<f64>().sqrt();
         if norm > 0.0 && norm.is_finite() {

@@ -3,7 +3,9 @@
 use sinew_effect::{Act, SWING_FREQUENCY};
 
 use crate::colour::Whitener;
-use crate::problem::{Budget, Candidate, Equations, Linearised, MANY, Problem, objective, straighten};
+use crate::problem::{
+    Budget, Candidate, Column, Equations, Linearised, MANY, Problem, objective, straighten,
+};
 use crate::refit::Fitted;
 use crate::screen::{SHIFT, Score};
 use crate::trial::{How, Trial};
@@ -185,16 +187,16 @@ impl<'a> Descent<'a> {
         }
     }
 
-    fn columns(&self, all: bool) -> Vec<Vec<f64>> {
-        let (form, slopes, model) = (self.problem.form, self.problem.slopes, &self.model);
+    fn columns(&self, all: bool) -> Vec<Column> {
+        let model = &self.model;
         if all {
             let positions: Vec<usize> = model.unknowns.iter().map(|u| u.position).collect();
-            return form.columns(&model.plant, &model.p, &positions, slopes);
+            return model.columns(&self.problem, &positions);
         }
         let mut columns = self.base.at.columns.clone();
         let added = self.own.iter().filter(|&&k| k >= columns.len());
         let positions: Vec<usize> = added.map(|&k| model.unknowns[k].position).collect();
-        columns.extend(form.columns(&model.plant, &model.p, &positions, slopes));
+        columns.extend(model.columns(&self.problem, &positions));
         columns
     }
 }

@@ -192,13 +192,12 @@ impl Innovation {
             let found = pass.torque_noise(noise.as_deref());
             let smoothed = pass.smoothed(&found);
             let next = if from == Start::Kernel && round == 0 { pass.held(smoothed) } else { smoothed };
-            let better = pass.bettered(next, &found, about);
+            let (next, is_better) = pass.bettered(next, &found, about);
+            pass = next;
             let alike = |(a, b): (&f64, &f64)| (a / b).ln().abs() < SETTLED_NOISE;
             let settled = noise.as_ref().is_some_and(|n| n.iter().zip(&found).all(alike));
             noise = Some(found);
-            let Some(better) = better else { break };
-            pass = better;
-            if settled {
+            if settled || !is_better {
                 break;
             }
         }
@@ -297,30 +296,35 @@ impl<'a> Pass<'a> {
         motions
     }
 
-    // The pass along the motions asked for. Friction near rest bends within less than a smoother's correction, which may
-    // then lead further off than it came from: where a run fits worse, half of the way is tried; none if one still does.
+    // The pass along the motions asked for, and true. Friction near rest bends within less than a smoother's correction,
+    // which may then lead further off than it came from: where a run fits worse, half of the way is tried; if one still does,
+    // this pass and false. A pass of a long log is large, so one at a time is kept.
     fn bettered(
-        &self,
+        self,
         mut motions: Vec<Motion>,
         noise: &[f64],
         about: impl Fn(Vec<Motion>) -> Self,
-    ) -> Option<Self> {
+    ) -> (Self, bool) {
         let before = self.misfits(noise);
+        let lengths: Vec<f64> = self.records.iter().map(|record| record.len() as f64).collect();
+        let present = self.into_motions();
         for _ in 0..TRIES {
             let next = about(motions.clone());
-            let worse: Vec<bool> = (next.misfits(noise).iter().zip(&before).zip(&self.records))
-                .map(|((after, before), record)| *after > before + WORSE * record.len() as f64)
+            let worse: Vec<bool> = (next.misfits(noise).iter().zip(&before).zip(&lengths))
+                .map(|((after, before), length)| *after > before + WORSE * length)
                 .collect();
             if !worse.contains(&true) {
-                return Some(next);
+                return (next, true);
             }
-            for ((to, from), _) in
-                motions.iter_mut().zip(&self.motions).zip(&worse).filter(|(_, worse)| **worse)
-            {
+            for ((to, from), _) in motions.iter_mut().zip(&present).zip(&worse).filter(|(_, worse)| **worse) {
                 to.halve(from);
             }
         }
-        None
+        (about(present), false)
+    }
+
+    fn into_motions(self) -> Vec<Motion> {
+        self.motions
     }
 
     // −2 log likelihood of every run.

@@ -1,5 +1,7 @@
 //! A model under test: its effects, its free parameters, and their fit to the residual rows.
 
+use std::sync::Arc;
+
 use faer::Mat;
 
 use sinew_effect::Catalogue;
@@ -67,17 +69,25 @@ pub(crate) fn straighten(unknowns: &[Unknown], p: &mut [f64]) {
     }
 }
 
+/// A derivative of all rows; a candidate shares those of its base.
+pub(crate) type Column = Arc<[f64]>;
+
 /// A model and its linearisation in raw rows.
 pub(crate) struct Linearised {
     pub residual: Vec<f64>,
     /// One column for each unknown of the model.
-    pub columns: Vec<Vec<f64>>,
+    pub columns: Vec<Column>,
 }
 
 impl Linearised {
     /// True if the model could be followed along all runs.
     pub fn is_finite(&self) -> bool {
-        self.columns.iter().flatten().chain(&self.residual).all(|x| x.is_finite())
+        self.slices().into_iter().flatten().chain(&self.residual).all(|x| x.is_finite())
+    }
+
+    /// The columns.
+    pub fn slices(&self) -> Vec<&[f64]> {
+        self.columns.iter().map(AsRef::as_ref).collect()
     }
 }
 
@@ -161,11 +171,15 @@ impl Candidate {
 
     pub fn linearise(&self, problem: &Problem) -> Linearised {
         let positions: Vec<usize> = self.unknowns.iter().map(|u| u.position).collect();
-        let (residual, columns) = rayon::join(
-            || self.residual(problem),
-            || problem.form.columns(&self.plant, &self.p, &positions, problem.slopes),
-        );
+        let (residual, columns) =
+            rayon::join(|| self.residual(problem), || self.columns(problem, &positions));
         Linearised { residual, columns }
+    }
+
+    /// Derivatives of the prediction along the parameters at these positions.
+    pub fn columns(&self, problem: &Problem, positions: &[usize]) -> Vec<Column> {
+        let columns = problem.form.columns(&self.plant, &self.p, positions, problem.slopes);
+        columns.into_iter().map(Column::from).collect()
     }
 
     /// The specifications with the present values.

@@ -223,7 +223,7 @@ pub(crate) struct Rows<'a> {
 }
 
 // Most parameters whose derivatives are carried along a run together.
-const TOGETHER: usize = 64;
+const TOGETHER: usize = 32;
 
 impl Rows<'_> {
     /// Rows of the prediction.

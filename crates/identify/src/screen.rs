@@ -34,11 +34,10 @@ pub(crate) fn all_columns(
                 .unwrap_or_else(|| linear.iter().map(|t| derivatives(problem, model, &[t])?.pop()?).collect())
         },
         || -> Vec<Option<Vec<Vec<f64>>>> {
-            families(trials)
-                .par_iter()
-                .map(|family| secants(problem, model, [&about, bent.as_ref().unwrap_or(&about)], family))
-                .collect::<Vec<_>>()
-                .concat()
+            let bent = bent.as_ref().unwrap_or(&about);
+            let families = families(trials);
+            let of_each = families.par_iter().map(|family| secants(problem, model, [&about, bent], family));
+            of_each.collect::<Vec<_>>().into_iter().flatten().collect()
         },
     );
     let (mut linear, mut secants) = (linear.into_iter(), secants.into_iter());

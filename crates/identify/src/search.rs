@@ -190,7 +190,7 @@ impl<'a> Search<'a> {
         let Some(other) = self.yardstick else { return Ok(state.whitener.floors()) };
         let model = state.fitted.model.again(other.problem)?;
         let at = model.linearise(other.problem);
-        Ok(other.noise(&model, &at.residual, &[&at.columns]).floors())
+        Ok(other.noise(&model, &at.residual, &at.slices()).floors())
     }
 
     /// The noise about a model, from a saturated regression over everything that is offered to it.
@@ -202,8 +202,8 @@ impl<'a> Search<'a> {
     ) -> Saturated {
         let trials = self.offered(model, &at.residual);
         let columns = all_columns(problem, model, &at.residual, &trials);
-        let offered = columns.iter().flatten().map(Vec::as_slice);
-        let all: Vec<&[Vec<f64>]> = [at.columns.as_slice()].into_iter().chain(offered).collect();
+        let offered = columns.iter().flatten().flatten().map(Vec::as_slice);
+        let all: Vec<&[f64]> = at.slices().into_iter().chain(offered).collect();
         let whitener = self.noise(model, &at.residual, &all);
         Saturated { trials, columns, whitener }
     }
@@ -225,7 +225,7 @@ impl<'a> Search<'a> {
                 "check stiffness, inertias and units with `sinew check`",
             ));
         }
-        let whitener = self.noise(&model, &at.residual, &[&at.columns]);
+        let whitener = self.noise(&model, &at.residual, &at.slices());
         let white = whitener.apply_all(layout, &at.columns);
         let kept = model.keep_excited(&white, self.problem.robot.trust);
         at.columns = kept.into_iter().map(|k| std::mem::take(&mut at.columns[k])).collect();
@@ -258,14 +258,13 @@ impl<'a> Search<'a> {
     }
 
     /// The noise about a model, from a regression over these columns and what needs no physics.
-    pub fn noise(&self, model: &Candidate, residual: &[f64], columns: &[&[Vec<f64>]]) -> Whitener {
+    pub fn noise(&self, model: &Candidate, residual: &[f64], columns: &[&[f64]]) -> Whitener {
         let layout = self.problem.form.layout();
         let seed = self.problem.options.seed;
         let rows = (0..layout.channels.len()).map(|c| rows_of(layout, c).count()).min().unwrap_or(0);
         let features =
             self.features.get_or_init(|| random_features(self.records, layout, FEATURES.min(rows / 8), seed));
-        let mut all: Vec<&[Vec<f64>]> = columns.to_vec();
-        all.push(features);
+        let all: Vec<&[f64]> = columns.iter().copied().chain(features.iter().map(Vec::as_slice)).collect();
         Whitener::estimate(self.problem.form, self.records, &model.plant, &model.p, residual, &all, seed)
     }
 

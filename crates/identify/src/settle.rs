@@ -58,7 +58,7 @@ impl Search<'_> {
             Some((at, value)) if !self.is_doubtful(model, value, is_base) => at,
             Some(first) => {
                 // Under the noise that a bent model leaves, the valleys are wide.
-                let wide = self.noise(model, &first.0.residual, &[&first.0.columns]);
+                let wide = self.noise(model, &first.0.residual, &first.0.slices());
                 self.lower(model, first, |model| {
                     let at = model.linearise(self.problem);
                     refine(self.problem, model, &wide, at, 10);
@@ -143,7 +143,7 @@ impl Search<'_> {
 
     // The noise that a model leaves by itself, and its objective under it.
     fn alone(&self, model: &Candidate, at: &Linearised) -> (Whitener, f64) {
-        let whitener = self.noise(model, &at.residual, &[&at.columns]);
+        let whitener = self.noise(model, &at.residual, &at.slices());
         let value = objective(&whitener.apply(self.problem.form.layout(), &at.residual), model);
         (whitener, value)
     }
@@ -230,11 +230,11 @@ impl Search<'_> {
         if hidden.is_empty() {
             return;
         }
-        let form = self.problem.form;
+        let layout = self.problem.form.layout();
         let positions: Vec<usize> = hidden.iter().map(|u| u.position).collect();
-        let columns = form.columns(&model.plant, &model.p, &positions, self.problem.slopes);
-        let whitener = self.noise(model, &at.residual, &[&at.columns]);
-        let white = whitener.apply_all(form.layout(), &columns);
+        let columns = model.columns(self.problem, &positions);
+        let whitener = self.noise(model, &at.residual, &at.slices());
+        let white = whitener.apply_all(layout, &columns);
         for ((unknown, column), white) in hidden.into_iter().zip(columns).zip(white) {
             if model.is_excited(&unknown, &white, self.problem.robot.trust) {
                 model.unknowns.push(unknown);

@@ -9,7 +9,7 @@
 
 use std::ops::Range;
 
-use super::kalman::Gain;
+use super::kalman::Gains;
 use super::system::{Deviations, SENSORS, Shown, System, Torques};
 use crate::least_squares::add;
 
@@ -18,7 +18,7 @@ use crate::least_squares::add;
 pub(super) struct Filters {
     pub system: System,
     /// Groups of joints, each with the gains of its sensors, sample by sample.
-    pub groups: Vec<(Range<usize>, Vec<Gain>)>,
+    pub groups: Vec<(Range<usize>, Gains)>,
     /// Samples of a row.
     pub every: usize,
 }
@@ -109,18 +109,18 @@ impl Filters {
             return out;
         };
         let system = &self.system;
-        let (all, before) = (system.sensor_count(group.clone()), system.sensor_count(group.start..joint));
+        let before = system.sensor_count(group.start..joint);
         let (own, first) = (&system.joints[joint], 4 * (joint - group.start));
         let mut x = [[0.0; W]; 4];
         let mut sums = [[0.0; W]; SENSORS];
         let share = 1.0 / (self.every as f64).sqrt();
         for k in 0..count * self.every {
-            for (gain, sensor) in gains[k * all + before..].iter().zip(own.sensors(k)) {
+            for ((white, column), sensor) in gains.of_sample(k).skip(before).zip(own.sensors(k)) {
                 let mut e = [0.0; W];
                 take(&mut e, sensor.shown, &x);
-                add(&mut sums[sensor.which], gain.white, &e);
-                for (x, gain) in x.iter_mut().zip(&gain.column[first..first + 4]) {
-                    add(x, *gain, &e);
+                add(&mut sums[sensor.which], white, &e);
+                for (x, gain) in x.iter_mut().zip(&column[first..first + 4]) {
+                    add(x, f64::from(*gain), &e);
                 }
             }
             x = own.advanced(k, &x, &torques(k));
@@ -136,25 +136,24 @@ impl Filters {
     fn correct<'r, const W: usize>(
         &self,
         group: Range<usize>,
-        gains: &[Gain],
+        gains: &Gains,
         k: usize,
         read: impl Fn(usize) -> &'r Readouts<W>,
         x: &mut Deviations<W>,
         sums: &mut [Readouts<W>],
     ) {
         let joints = &self.system.joints[group.clone()];
-        let sensors = self.system.sensor_count(group.clone());
-        let mut gains = gains[k * sensors..(k + 1) * sensors].iter();
+        let mut gains = gains.of_sample(k);
         let x = &mut x[group.clone()];
         for (i, joint) in joints.iter().enumerate() {
             let (read, sums) = (read(group.start + i), &mut sums[group.start + i]);
             for sensor in joint.sensors(k) {
-                let Some(gain) = gains.next() else { return };
+                let Some((white, column)) = gains.next() else { return };
                 let mut e = read[sensor.which];
                 take(&mut e, sensor.shown, &x[i]);
-                add(&mut sums[sensor.which], gain.white, &e);
-                for (x, gain) in x.iter_mut().flatten().zip(&gain.column) {
-                    add(x, *gain, &e);
+                add(&mut sums[sensor.which], white, &e);
+                for (x, gain) in x.iter_mut().flatten().zip(column) {
+                    add(x, f64::from(*gain), &e);
                 }
             }
         }

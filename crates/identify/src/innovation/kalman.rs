@@ -13,13 +13,38 @@ use crate::least_squares::add;
 /// Most joints whose covariance is carried along together.
 pub(super) const GROUP: usize = 7;
 
-/// The gain of one sensor in one sample, on the states of its group.
+// The gain of one sensor in one sample, on the states of its group.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Gain {
-    /// K, by state of the group.
-    pub column: [f64; 4 * GROUP],
-    /// 1/√S
-    pub white: f64,
+struct Gain<const D: usize> {
+    // K, by state of the group.
+    column: [f64; D],
+    // 1/√S
+    white: f64,
+}
+
+/// Frozen gains of a group of joints along a run. In single precision: whatever gains a filter has, it treats measurement
+/// and prediction alike, and these are most of what a long log keeps.
+#[derive(Debug, Clone)]
+pub(super) struct Gains {
+    states: usize,
+    sensors: usize,
+    // Sensor by sensor, sample by sample: 1/√S, then K by state.
+    numbers: Vec<f32>,
+}
+
+impl Gains {
+    fn push<const D: usize>(&mut self, gain: &Gain<D>) {
+        self.numbers.push(gain.white as f32);
+        self.numbers.extend(gain.column.iter().map(|k| *k as f32));
+    }
+
+    /// Of every sensor in sample `k`: 1/√S, and K by state.
+    #[inline(always)]
+    pub fn of_sample(&self, k: usize) -> impl Iterator<Item = (f64, &[f32])> {
+        let one = self.states + 1;
+        let all = &self.numbers[k * self.sensors * one..(k + 1) * self.sensors * one];
+        all.chunks_exact(one).map(|numbers| (f64::from(numbers[0]), &numbers[1..]))
+    }
 }
 
 /// Inputs of one sample: torque of the hold that follows, what the sensors show.
@@ -62,13 +87,15 @@ impl Kalman<'_> {
     }
 
     /// The gains of every sensor in every sample, joint by joint.
-    pub fn gains(&self) -> Vec<Gain> {
+    pub fn gains(&self) -> Gains {
         by_size!(self, gains_of())
     }
 
-    fn gains_of<const D: usize>(&self) -> Vec<Gain> {
-        let mut gains = Vec::with_capacity(self.system.len() * self.system.sensor_count(self.group.clone()));
-        self.follow::<D>(|gain| gains.push(gain), |_, _, _| {});
+    fn gains_of<const D: usize>(&self) -> Gains {
+        let sensors = self.system.sensor_count(self.group.clone());
+        let mut gains = Gains { states: D, sensors, numbers: Vec::new() };
+        gains.numbers.reserve_exact(self.system.len() * sensors * (D + 1));
+        self.follow::<D>(|gain| gains.push(&gain), |_, _, _| {});
         gains
     }
 
@@ -89,7 +116,7 @@ impl Kalman<'_> {
     // The gains of every sensor, and after those of a sample the variance of the velocity of every motor.
     fn follow<const D: usize>(
         &self,
-        mut gain: impl FnMut(Gain),
+        mut gain: impl FnMut(Gain<D>),
         mut variance: impl FnMut(usize, usize, f64),
     ) {
         let mut p = self.start::<D>();
@@ -143,7 +170,7 @@ impl Kalman<'_> {
         // After the sensors of each sample: x, P, and what every sensor read.
         let mut seen: Vec<([f64; D], Matrix<D>)> = Vec::with_capacity(n);
         let sensors = self.system.sensor_count(self.group.clone());
-        let mut read: Vec<Read> = Vec::with_capacity(n * sensors);
+        let mut read: Vec<Read<D>> = Vec::with_capacity(n * sensors);
         let (mut p, mut x) = (self.start::<D>(), [0.0; D]);
         for k in 0..n {
             self.correct(k, &mut p, &mut x, input, |one| read.push(one));
@@ -192,7 +219,7 @@ impl Kalman<'_> {
         p: &mut Matrix<D>,
         x: &mut [f64; D],
         input: &impl Fn(usize, usize) -> Input,
-        mut told: impl FnMut(Read),
+        mut told: impl FnMut(Read<D>),
     ) {
         for (i, joint) in self.joints().iter().enumerate() {
             let (_, y) = input(self.group.start + i, k);
@@ -241,10 +268,10 @@ impl Kalman<'_> {
 }
 
 // What a sensor of a joint of the group reads in a sample.
-struct Read {
+struct Read<const D: usize> {
     joint: usize,
     shown: Shown,
-    gain: Gain,
+    gain: Gain<D>,
     e: f64,
 }
 
@@ -306,7 +333,7 @@ impl<const D: usize> Step<D> {
 }
 
 // K = P c/S,   P ← P − K S Kᵀ,   S = cᵀ P c + R
-fn update<const D: usize>(p: &mut Matrix<D>, joint: usize, shown: Shown, variance: f64) -> Gain {
+fn update<const D: usize>(p: &mut Matrix<D>, joint: usize, shown: Shown, variance: f64) -> Gain<D> {
     let row = match shown {
         Shown::State(state) => p[4 * joint + state],
         Shown::Sum(c) => {
@@ -316,7 +343,7 @@ fn update<const D: usize>(p: &mut Matrix<D>, joint: usize, shown: Shown, varianc
         }
     };
     let s = shown.of(&row[4 * joint..]) + variance;
-    let mut gain = Gain { column: [0.0; 4 * GROUP], white: 1.0 / s.sqrt() };
+    let mut gain = Gain { column: [0.0; D], white: 1.0 / s.sqrt() };
     for (p, (gain, seen)) in p.iter_mut().zip(gain.column.iter_mut().zip(row)) {
         *gain = seen / s;
         add(p, -*gain, &row);

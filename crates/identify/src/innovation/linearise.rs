@@ -67,9 +67,9 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
     let room = |imposed: &bool| (!imposed).then(|| Vec::with_capacity(record.len()));
     let mut links: Vec<Option<Vec<[f64; 3]>>> = joints.iter().map(|&i| room(&imposed[i])).collect();
     let mut mobility: Vec<Vec<f64>> = Vec::new();
-    let mut linear = vec![Vec::with_capacity(record.len()); joints.len()];
-    let mut hold_means = linear.iter().map(|_| Vec::with_capacity(record.len())).collect::<Vec<_>>();
-    let mut drags = hold_means.clone();
+    let mut linear: Vec<Vec<Linear>> = joints.iter().map(|_| Vec::with_capacity(record.len())).collect();
+    let [mut hold_means, mut drags] =
+        [(); 2].map(|()| joints.iter().map(|_| Vec::with_capacity(record.len())).collect::<Vec<Vec<f64>>>());
     for k in 0..record.len() {
         walk.torque(k);
         series.store(&walk.dynamics, &walk.x, &freedom, &walk.out, &walk.actuation);

@@ -88,6 +88,31 @@ impl Discrete {
     }
 }
 
+/// The same as it is kept along a run: what a sample period changes, in single precision, which is as if the equations of
+/// motion were off by so little.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Kept {
+    // Φ − 1
+    change: [Single; 4],
+    motor: Single,
+    link: Single,
+}
+
+// A vector of the deviation's state in single precision.
+type Single = [f32; 4];
+
+fn single(x: &State) -> Single {
+    x.map(|x| x as f32)
+}
+
+impl From<Discrete> for Kept {
+    fn from(step: Discrete) -> Self {
+        let mut change = step.phi;
+        (0..4).for_each(|i| change[i][i] -= 1.0);
+        Self { change: change.map(|row| single(&row)), motor: single(&step.motor), link: single(&step.link) }
+    }
+}
+
 // Gauss–Jordan with row exchange; the solution stands in `right`. A singular column is left as it is.
 fn eliminate<const N: usize>(left: &mut Square, right: &mut [[f64; N]; 4]) {
     for c in 0..4 {
@@ -171,7 +196,7 @@ pub(super) struct Sensor {
 pub(super) struct Joint {
     pub readings: Readings,
     /// By sample.
-    pub steps: Vec<Discrete>,
+    pub steps: Vec<Kept>,
     /// Of a link that is lighter than its rotor, the root of its share of the rotor's inertia; else one.
     pub lightness: f64,
     // The torque behind the gear by sample; empty where it is not read.
@@ -189,9 +214,9 @@ fn lightness(linear: &[Linear], shown: usize) -> f64 {
 #[derive(Debug, Clone)]
 struct Coupling {
     // Position and velocity of the link.
-    blocks: Vec<[State; 2]>,
-    motor: Vec<[f64; 2]>,
-    link: Vec<[f64; 2]>,
+    blocks: Vec<[Single; 2]>,
+    motor: Vec<[f32; 2]>,
+    link: Vec<[f32; 2]>,
 }
 
 /// The equations of all joints, their bodies coupled.
@@ -229,7 +254,7 @@ impl System {
         mobility_every: usize,
         period: f64,
     ) -> Self {
-        let over = |linear: &[Linear]| linear.iter().map(|l| l.over(period)).collect();
+        let over = |linear: &[Linear]| linear.iter().map(|l| l.over(period).into()).collect();
         let joint = |(readings, linear): (Readings, &&[Linear])| Joint {
             readings,
             steps: over(linear),
@@ -252,9 +277,8 @@ impl System {
                 };
                 if k % mobility_every == 0 || (0..n).any(changed) {
                     let at: Vec<&Linear> = linear.iter().map(|l| &l[k]).collect();
-                    let own: Vec<&Discrete> = joints.iter().map(|j| &j.steps[k]).collect();
                     let shown: Vec<usize> = joints.iter().map(|j| j.readings.shown).collect();
-                    couplings.push(Coupling::new(&at, &own, &shown, mobility, period));
+                    couplings.push(Coupling::new(&at, &shown, mobility, period));
                     last = k;
                 }
                 coupling.push(couplings.len() - 1);
@@ -276,10 +300,10 @@ impl System {
 
     /// By how much the motor of one joint is faster after a hold with one more N·m on that of another.
     pub fn kick(&self, to: usize, from: usize, k: usize) -> f64 {
-        let own = if to == from { self.joints[to].steps[k].motor[1] } else { 0.0 };
+        let own = if to == from { f64::from(self.joints[to].steps[k].motor[1]) } else { 0.0 };
         let is_rigid = self.joints[to].readings.shown == 0;
         let coupling = self.coupling.get(k).filter(|_| is_rigid).map(|&c| &self.couplings[c]);
-        own + coupling.map_or(0.0, |c| c.motor[to * self.joints.len() + from][1])
+        own + coupling.map_or(0.0, |c| f64::from(c.motor[to * self.joints.len() + from][1]))
     }
 
     /// `next` = Φ x̃ + g δτ + g_ℓ δτ_ℓ of some of the joints, coupled among themselves.
@@ -324,10 +348,10 @@ impl System {
             let step = &joint.steps[k];
             for r in 0..4 {
                 for s in 0..4 {
-                    turned[4 * i + s][4 * i + r] = step.phi[r][s];
+                    turned[4 * i + s][4 * i + r] = f64::from(u8::from(r == s)) + f64::from(step.change[r][s]);
                 }
-                pushes[2 * i][4 * i + r] = step.motor[r];
-                pushes[2 * i + 1][4 * i + r] = step.link[r];
+                pushes[2 * i][4 * i + r] = f64::from(step.motor[r]);
+                pushes[2 * i + 1][4 * i + r] = f64::from(step.link[r]);
             }
         }
         let Some(coupling) = self.coupling.get(k).map(|&c| &self.couplings[c]) else { return };
@@ -337,10 +361,10 @@ impl System {
                 let entry = to * self.joints.len() + from;
                 for (r, of_row) in coupling.blocks[entry].iter().enumerate() {
                     for (s, x) in of_row.iter().enumerate() {
-                        turned[4 * j + s][link + r] += x;
+                        turned[4 * j + s][link + r] += f64::from(*x);
                     }
-                    pushes[2 * j][link + r] += coupling.motor[entry][r];
-                    pushes[2 * j + 1][link + r] += coupling.link[entry][r];
+                    pushes[2 * j][link + r] += f64::from(coupling.motor[entry][r]);
+                    pushes[2 * j + 1][link + r] += f64::from(coupling.link[entry][r]);
                 }
             }
         }
@@ -349,7 +373,8 @@ impl System {
 
 impl Coupling {
     /// The step of all joints together, as [`Linear::over`] makes that of one, less that of each by itself.
-    fn new(at: &[&Linear], own: &[&Discrete], shown: &[usize], mobility: &[f64], period: f64) -> Self {
+    fn new(at: &[&Linear], shown: &[usize], mobility: &[f64], period: f64) -> Self {
+        let own: Vec<Discrete> = at.iter().map(|linear| linear.over(period)).collect();
         let h = period * 0.5f64.powi(DOUBLINGS);
         let n = at.len();
         let d = 4 * n;
@@ -395,10 +420,10 @@ impl Coupling {
                 let alone = f64::from(u8::from(i == j));
                 let rows = [shown[i], shown[i] + 1];
                 let state = |r: usize, s: usize| step[(4 * i + r, 4 * j + s)] - alone * own[i].phi[r][s];
-                coupling.blocks.push(rows.map(|r| std::array::from_fn(|s| state(r, s))));
+                coupling.blocks.push(rows.map(|r| std::array::from_fn(|s| state(r, s) as f32)));
                 let torque = |r: usize, which: usize| step[(4 * i + r, d + 2 * j + which)];
-                coupling.motor.push(rows.map(|r| torque(r, 0) - alone * own[i].motor[r]));
-                coupling.link.push(rows.map(|r| torque(r, 1) - alone * own[i].link[r]));
+                coupling.motor.push(rows.map(|r| (torque(r, 0) - alone * own[i].motor[r]) as f32));
+                coupling.link.push(rows.map(|r| (torque(r, 1) - alone * own[i].link[r]) as f32));
             }
         }
         coupling
@@ -409,11 +434,12 @@ impl Coupling {
 #[inline(always)]
 fn add_terms<const W: usize>(
     sum: &mut [f64; W],
-    phi: &State,
-    push: [f64; 2],
+    phi: &Single,
+    push: [f32; 2],
     x: &[[f64; W]; 4],
     torques: &Torques<W>,
 ) {
+    let (phi, push) = (phi.map(f64::from), push.map(f64::from));
     for w in 0..W {
         let of_state = phi[0] * x[0][w] + phi[1] * x[1][w] + phi[2] * x[2][w] + phi[3] * x[3][w];
         let of_torques = push[0] * torques[0][w] + push[1] * torques[1][w];
@@ -431,9 +457,9 @@ impl Joint {
         torques: &Torques<W>,
     ) -> [[f64; W]; 4] {
         let step = &self.steps[k];
-        let mut next = [[0.0; W]; 4];
+        let mut next = *x;
         for (i, next) in next.iter_mut().enumerate() {
-            add_terms(next, &step.phi[i], [step.motor[i], step.link[i]], x, torques);
+            add_terms(next, &step.change[i], [step.motor[i], step.link[i]], x, torques);
         }
         next
     }
