@@ -50,10 +50,19 @@ pub fn foreign_causes(arm: &Arm, dof: usize, size: f64) -> Vec<Foreign> {
     list
 }
 
+/// Somebody pushes link `dof` with a torque: where only some runs are measured with it, once.
+pub fn push(arm: &Arm, dof: usize, torque: f64) -> EffectSpec {
+    let place = Place::Joint(arm.robot.model.dof_name(dof).to_owned());
+    EffectSpec::new(PUSH.card.name, place).with("strength", torque)
+}
+
+/// From and to when it acts, s.
+pub const PUSHED: [f64; 2] = [4.0, 4.8];
+
 /// The catalogue with the laws of this page, for truths only.
 pub fn foreign_catalogue() -> &'static Catalogue {
     static EXTENDED: LazyLock<Catalogue> = LazyLock::new(|| {
-        let own = KINDS.iter().map(|kind| Entry {
+        let own = KINDS.iter().chain([&PUSH]).map(|kind| Entry {
             card: &kind.card,
             place: PlaceKind::Joint,
             words: &[],
@@ -68,7 +77,8 @@ pub fn foreign_catalogue() -> &'static Catalogue {
 
 fn build(ask: &Ask) -> Result<Box<dyn sinew_effect::Effect>, String> {
     let Site::Dof(dof) = ask.site else { return Err("acts at a joint".to_owned()) };
-    let kind = KINDS.iter().find(|k| k.card.name == ask.spec.kind).ok_or("is no foreign cause")?;
+    let mut kinds = KINDS.iter().chain([&PUSH]);
+    let kind = kinds.find(|k| k.card.name == ask.spec.kind).ok_or("is no foreign cause")?;
     Ok(Box::new(ForeignLaw { kind, dof }))
 }
 
@@ -94,6 +104,7 @@ enum What {
     EddyBrake,
     Sticking,
     WarmingUp,
+    Push,
 }
 
 const STRENGTH: &[Parameter] = &[Parameter::signed("strength", "A", "N·m", Prior::Free)];
@@ -134,6 +145,8 @@ static KINDS: [Kind; 11] = [
     kind("sticking", "−A s(θ̇) at random times", What::Sticking, &[Act::MotorForce, Act::State], 1),
     kind("warming_up", "−A s(θ̇) e^(−t/3 s)", What::WarmingUp, &[Act::MotorForce, Act::State], 1),
 ];
+
+static PUSH: Kind = kind("push", "A from 4 to 4.8 s", What::Push, &[Act::LinkForce, Act::State], 1);
 
 #[derive(Debug)]
 struct ForeignLaw {
@@ -197,6 +210,11 @@ impl Law for ForeignLaw {
                 // I = 0.01 s² A: a load of a hundredth of the Coulomb torque at 1 rad/s².
                 What::Swinging => {
                     ((at.z[0] - q) * (SWING * SWING) + (at.z[1] - qd) * (2.0 * SWING_DAMPING * SWING)) * 0.01
+                }
+                // Within 20 ms up and down.
+                What::Push => {
+                    let [on, off] = PUSHED.map(|t| ((at.z[0] - t) / S::constant(0.02)).tanh());
+                    (on - off) * 0.5
                 }
                 // Tones without a common period, 0.2 to 6 Hz.
                 _ => {

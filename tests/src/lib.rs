@@ -12,7 +12,7 @@ mod robots;
 mod suite;
 
 pub use drawn::drawn_case;
-pub use foreign::{Edit, Foreign, Way, foreign_catalogue, foreign_causes};
+pub use foreign::{Edit, Foreign, PUSHED, Way, foreign_catalogue, foreign_causes, push};
 pub use hidden::{Hidden, are_twins, hidden_effects};
 pub use mixed::mixed_case;
 pub use nulls::{Estimate, NullCase, null_statistics};

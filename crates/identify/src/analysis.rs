@@ -7,7 +7,7 @@ use sinew_plant::Plant;
 
 use crate::before;
 use crate::comparison::Prepared;
-use crate::episode::Episode;
+use crate::episode::{Episode, MOST};
 use crate::innovation::Innovation;
 use crate::options::Residual;
 use crate::problem::Problem;
@@ -36,12 +36,18 @@ pub(crate) struct Worked<T> {
     pub result: T,
     /// True if an effect was named.
     pub is_named: bool,
+    /// True if all is explained.
+    pub is_answered: bool,
     /// Short times of the runs to which all that is unexplained is confined.
-    pub episodes: Vec<Episode>,
+    pub left: Vec<Episode>,
+    /// The one that stands out of what the base leaves.
+    pub sudden: Option<Episode>,
 }
 
 /// Does `work` with a search of the runs. Where it names nothing and a misfit passed for torque noise, the work is done
-/// once more with the imposed residual; where all that is left is confined to episodes, once more without them.
+/// once more with the imposed residual; where all that is left is confined to episodes, once more without them. Where much
+/// of what the base leaves is, and no answer was found, the work is tried without them, too: what acts once bends a model so far
+/// that the rest fits no longer.
 ///
 /// # Errors
 /// If the robot is no plant, a run lacks the signals or fails a check, or the work fails.
@@ -52,13 +58,28 @@ pub(crate) fn analysed<T>(
     options: &Options,
     work: impl Fn(&mut Search, &Analysis) -> Result<Worked<T>, IdentifyError>,
 ) -> Result<T, IdentifyError> {
-    let whole = worked(robot, catalogue, runs, options, Vec::new(), &work)?;
-    if whole.episodes.is_empty() {
-        return Ok(whole.result);
+    let without = |episodes: &[Episode]| {
+        let mut rest = runs.to_vec();
+        episodes.iter().for_each(|e| rest[e.record].left_out.push(e.window));
+        worked(robot, catalogue, &rest, options, episodes.to_vec(), &work)
+    };
+    Ok(answered(without(&[])?, &[], &without)?.0)
+}
+
+// The best that can be said of a work that was done without `acted`, and whether all is explained.
+fn answered<T>(
+    whole: Worked<T>,
+    acted: &[Episode],
+    without: &impl Fn(&[Episode]) -> Result<Worked<T>, IdentifyError>,
+) -> Result<(T, bool), IdentifyError> {
+    let is_rest_noise = !whole.left.is_empty();
+    let next = if is_rest_noise { whole.left } else { Vec::from_iter(whole.sudden) };
+    if whole.is_answered || next.is_empty() || acted.len() >= MOST {
+        return Ok((whole.result, whole.is_answered));
     }
-    let mut rest = runs.to_vec();
-    whole.episodes.iter().for_each(|e| rest[e.record].left_out.push(e.window));
-    Ok(worked(robot, catalogue, &rest, options, whole.episodes, &work)?.result)
+    let acted = [acted, &next].concat();
+    let (result, is_answered) = answered(without(&acted)?, &acted, without)?;
+    Ok(if is_answered || is_rest_noise { (result, is_answered) } else { (whole.result, false) })
 }
 
 fn worked<T>(

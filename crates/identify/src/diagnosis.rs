@@ -9,7 +9,7 @@ use sinew_model::{Robot, Setting};
 use crate::analysis::{Analysis, Worked, analysed, residual_told};
 use crate::base::scope;
 use crate::comparison::as_given;
-use crate::episode::{Episode, episodes};
+use crate::episode::{self, Episode, episodes, sudden};
 use crate::explore::{Explored, explore, widening};
 use crate::fitting::{ParameterReport, Reported, parameters};
 use crate::gates::Evidence;
@@ -41,7 +41,7 @@ pub struct ChannelReport {
 /// An effect of the final set.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Accepted {
-    /// Its name in the catalogue.
+    /// Its name in the catalogue, or `external_force_episode`.
     pub effect: String,
     /// Joint, link or "robot".
     pub place: String,
@@ -63,7 +63,7 @@ pub struct RivalReport {
 /// A candidate with its evidence.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CandidateReport {
-    /// Its name in the catalogue.
+    /// Its name in the catalogue, or `external_force_episode`.
     pub effect: String,
     /// Joint, link or "robot".
     pub place: String,
@@ -77,7 +77,7 @@ pub struct CandidateReport {
     pub values: Vec<ParameterReport>,
     /// Evidence by its block-robust spread.
     pub z: f64,
-    /// What the probability rests on; none of what explains a part only.
+    /// What the probability rests on; none of what explains a part only, and of episodes.
     pub grounds: Option<Grounds>,
     /// What it cannot be told from.
     pub rivals: Vec<RivalReport>,
@@ -119,6 +119,7 @@ pub fn diagnose(
     analysed(robot, catalogue, runs, options, |search, begun| {
         let robot = begun.robot;
         let base = search.base(begun.prepared.base_specs(robot, catalogue))?;
+        let sudden = sudden(search, &base);
         let floors = search.floors_told(&base)?;
         let mut findings = as_given(search.yardstick(), &floors)?.0.findings;
         findings.splice(0..0, begun.suspicions.iter().cloned());
@@ -126,15 +127,15 @@ pub fn diagnose(
         let scope = scope(robot, &begun.prepared.sensors, runs);
         let scope = format!("{scope}; {}", residual_told(search, begun));
         let result = report(search, &explored, begun, findings, scope)?;
-        let is_named = !result.accepted.is_empty();
-        let episodes = left_episodes(search, &explored, &result);
-        Ok(Worked { result, is_named, episodes })
+        let (is_named, is_answered) = (!result.accepted.is_empty(), result.is_answered());
+        let left = left_episodes(search, &explored, result.verdict);
+        Ok(Worked { result, is_named, is_answered, left, sudden })
     })
 }
 
-/// The episodes to which all is confined that a diagnosis does not explain.
-pub(crate) fn left_episodes(search: &Search, explored: &Explored, diagnosis: &Diagnosis) -> Vec<Episode> {
-    match diagnosis.verdict {
+/// The episodes to which all is confined that a search does not explain.
+pub(crate) fn left_episodes(search: &Search, explored: &Explored, verdict: Verdict) -> Vec<Episode> {
+    match verdict {
         Verdict::Unexplained | Verdict::PartlyExplained => episodes(search, &explored.state),
         _ => Vec::new(),
     }
@@ -151,8 +152,7 @@ pub(crate) fn report(
     let state = &explored.state;
     let reports = parameters(search, state, widening(search, state));
     let own = clocks(search, state, &reports).into_iter().chain(differences(state, &reports));
-    let episodes = begun.episodes.iter().map(|episode| episode.finding(search));
-    let findings = episodes.chain(own).chain(findings).collect();
+    let findings = own.chain(findings).collect();
     let channels = channels(search, state);
     let left = left_of_channels(search.problem.form.layout(), &state.fitted.white);
     let mut verdict = word(&channels, &left, state.accepted.len());
@@ -160,20 +160,16 @@ pub(crate) fn report(
         state.accepted.iter().map(|entry| Grounds::of(search, explored, &left, entry)).collect();
     let of = |(entry, grounds): (&Entry, &Grounds)| candidate(search, &reports, entry, *grounds);
     let mut candidates: Vec<CandidateReport> = state.accepted.iter().zip(&grounds).map(of).collect();
-    // A name on so few blocks may rest on their chances: surrogates of the log tell.
-    let few = search.problem.form.layout().blocks < FEWEST_BLOCKS;
     let mut scope = scope;
-    let mut false_acceptance = None;
-    if few && !state.accepted.is_empty() {
-        let count = counted(&surrogates(search, state)?);
-        scope.push_str(&format!("; {}", sentence(&count)));
+    let false_acceptance = false_acceptance(search, state)?;
+    if let Some(count) = &false_acceptance {
+        scope.push_str(&format!("; {}", sentence(count)));
         // No name is surer than the search is right where nothing is missing.
         let most = if count.decides() { 1.0 - count.chance() } else { 0.5 };
         candidates.iter_mut().for_each(|c| c.probability = c.probability.min(most));
         if !count.decides() {
             verdict = Verdict::Undecidable;
         }
-        false_acceptance = Some(count);
     }
     if !candidates.is_empty() && candidates.iter().all(|c| c.probability < 0.5) {
         let is_like = verdict != Verdict::Undecidable && grounds.iter().all(Grounds::is_only_like);
@@ -182,23 +178,15 @@ pub(crate) fn report(
     if verdict == Verdict::Unexplained {
         candidates.extend(partial(explored));
     }
-    let mut accepted: Vec<Accepted> = state
+    let accepted = state
         .accepted
         .iter()
         .map(|e| Accepted { effect: e.trial.card.name.to_owned(), place: e.trial.place.to_string() })
         .collect();
-    let is_rest_explained = matches!(verdict, Verdict::Adequate | Verdict::Missing);
-    for episode in &begun.episodes {
-        let candidate = episode.candidate(search, state, is_rest_explained);
-        accepted.push(Accepted { effect: candidate.effect.clone(), place: candidate.place.clone() });
-        candidates.push(candidate);
-    }
-    if is_rest_explained && !begun.episodes.is_empty() {
-        verdict = Verdict::Missing;
-    }
     let refusals = search.refusals.clone();
-    let limits = if verdict == Verdict::Adequate { limits(search, explored) } else { Vec::new() };
-    Ok(Diagnosis {
+    let is_adequate = verdict == Verdict::Adequate && begun.episodes.is_empty();
+    let limits = if is_adequate { limits(search, explored) } else { Vec::new() };
+    let mut diagnosis = Diagnosis {
         limits,
         verdict,
         scope,
@@ -208,7 +196,40 @@ pub(crate) fn report(
         candidates,
         findings,
         refusals,
-    })
+    };
+    diagnosis.add(&begun.episodes, search, state);
+    Ok(diagnosis)
+}
+
+// How often names are false on surrogates of the log, where a name on so few blocks may rest on their chances.
+fn false_acceptance(search: &Search, state: &State) -> Result<Option<FalseAcceptance>, IdentifyError> {
+    let few = search.problem.form.layout().blocks < FEWEST_BLOCKS;
+    if !few || state.accepted.is_empty() {
+        return Ok(None);
+    }
+    Ok(Some(counted(&surrogates(search, state)?)))
+}
+
+impl Diagnosis {
+    /// True if all is explained.
+    pub(crate) fn is_answered(&self) -> bool {
+        matches!(self.verdict, Verdict::Adequate | Verdict::Missing)
+    }
+
+    // Episodes are told before all else and named after the laws.
+    fn add(&mut self, episodes: &[Episode], search: &Search, state: &State) {
+        let is_rest_explained = self.is_answered();
+        for (k, episode) in episodes.iter().enumerate() {
+            let candidate = episode.candidate(search, state, is_rest_explained);
+            let (effect, place) = (candidate.effect.clone(), candidate.place.clone());
+            self.candidates.insert(self.accepted.len(), candidate);
+            self.accepted.push(Accepted { effect, place });
+            self.findings.insert(k, episode.finding(search));
+        }
+        if is_rest_explained && !episodes.is_empty() {
+            self.verdict = Verdict::Missing;
+        }
+    }
 }
 
 // Named effects whose strength depends on the run: perhaps on temperature, load or something else that changed.
@@ -284,14 +305,17 @@ fn candidate(search: &Search, reports: &[Reported], entry: &Entry, grounds: Grou
         values: own,
         z: grounds.z,
         grounds: Some(grounds),
-        rivals: rivals(search, entry, probability),
+        rivals: rivals(search, entry, probability, grounds.once),
     }
 }
 
 // Tied candidates, then structural partners that the card names.
-fn rivals(search: &Search, entry: &Entry, probability: f64) -> Vec<RivalReport> {
+fn rivals(search: &Search, entry: &Entry, probability: f64, once: bool) -> Vec<RivalReport> {
     let card = entry.trial.card;
     let experiment = |name: &str| {
+        if name == episode::NAME {
+            return episode::EXPERIMENT.to_owned();
+        }
         let known = card.rivals.iter().find(|r| r.name == name).map(|r| r.experiment);
         known.unwrap_or("repeat the motion at two speeds and under two loads").to_owned()
     };
@@ -308,6 +332,10 @@ fn rivals(search: &Search, entry: &Entry, probability: f64) -> Vec<RivalReport> 
         {
             list.push((rival.name.to_owned(), entry.trial.place.to_string(), 0.3));
         }
+    }
+    if once {
+        let dof = search.yardstick().problem.form.layout().channels[entry.evidence.channel].dof;
+        list.push((episode::NAME.to_owned(), search.problem.robot.model.dof_name(dof).to_owned(), 1.0));
     }
     let total: f64 = list.iter().map(|(.., weight)| weight).sum::<f64>() + 0.3;
     list.into_iter()

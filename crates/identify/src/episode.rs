@@ -3,11 +3,13 @@
 
 use sinew_effect::Sensor;
 
-use crate::diagnosis::CandidateReport;
+use crate::colour::rows_of;
+use crate::diagnosis::{CandidateReport, RivalReport};
 use crate::fitting::ParameterReport;
 use crate::report::Finding;
 use crate::residual::Layout;
-use crate::search::{Search, State};
+use crate::search::{Accepted, Search, State};
+use crate::trial::How;
 use crate::verdict::rms;
 
 /// A short time of one run in which something acted that no law of the robot explains.
@@ -29,9 +31,13 @@ pub(crate) struct Episode {
 
 /// The name of the effect.
 pub(crate) const NAME: &str = "external_force_episode";
+/// What tells it from what belongs to the robot.
+pub(crate) const EXPERIMENT: &str =
+    "repeat the run: what belongs to the robot or its surroundings comes back";
 
-// Most episodes of a log, and of a run the most that one may take.
-const MOST: usize = 2;
+/// Most episodes of a log.
+pub(crate) const MOST: usize = 2;
+// The most of a run that one may take.
 const LONGEST: f64 = 0.2;
 // Rows of an episode, at least, and their mean square in units of the other rows'.
 const FEWEST_ROWS: usize = 5;
@@ -40,6 +46,9 @@ const LARGE: f64 = 8.0;
 const HIGH: f64 = 3.0;
 // Mean square, in units of noise, that the typical second and all rows outside may leave.
 const QUIET: f64 = 2.0;
+// Rows of a peak, and the share of its mean square beyond which rows stand out like it.
+const PEAK_ROWS: usize = 16;
+const OF_PEAK: f64 = 0.1;
 // Seconds beside an episode in which filters still remember it.
 const MEMORY: f64 = 0.3;
 
@@ -53,58 +62,156 @@ struct Course {
 
 /// The episodes of what a model leaves; none unless the rest is noise.
 pub(crate) fn episodes(search: &Search, state: &State) -> Vec<Episode> {
-    let layout = search.problem.form.layout();
-    let stamp = |record: usize, row: usize| {
+    confined(search.problem.form.layout(), &state.fitted.white, stamps(search))
+}
+
+/// The episode that stands out of what a model leaves, whatever the rest is.
+pub(crate) fn sudden(search: &Search, state: &State) -> Option<Episode> {
+    standing_out(search.problem.form.layout(), &state.fitted.white, stamps(search))
+}
+
+/// True if nearly all that an effect adds to the rows lies in one short time of one run.
+pub(crate) fn is_of_one_time(search: &Search, state: &State, entry: &Accepted) -> bool {
+    if !matches!(entry.trial.how, How::New { .. }) {
+        return false;
+    }
+    let (layout, model) = (search.problem.form.layout(), &state.fitted.model);
+    let mut added = vec![0.0; layout.len];
+    for (unknown, column) in model.unknowns.iter().zip(&state.fitted.at.columns) {
+        if unknown.id.effect == entry.effect && !unknown.shape {
+            let strength = model.p[unknown.position];
+            added.iter_mut().zip(column.iter()).for_each(|(sum, x)| *sum += strength * x);
+        }
+    }
+    is_short(&courses(layout, &state.whitener.apply(layout, &added), stamps(search)))
+}
+
+// Share of the squares that one time must hold.
+const NEARLY_ALL: f64 = 0.9;
+
+fn is_short(courses: &[Course]) -> bool {
+    let (square, count) = total(courses);
+    let of = |course: &Course| {
+        let (_, first, end) = highest(course, HIGH * square / count.max(1.0));
+        course.is_short(first, end) && course.sums(first, end).0 > NEARLY_ALL * square
+    };
+    courses.iter().any(of)
+}
+
+// The stamp of a row of a run.
+fn stamps(search: &Search) -> impl Fn(usize, usize) -> f64 {
+    move |record, row| {
         let record = &search.records[record];
         record.time[record.centre(row).min(record.len() - 1)]
-    };
-    confined(layout, &state.fitted.white, stamp)
+    }
 }
 
 fn confined(layout: &Layout, white: &[f64], stamp: impl Fn(usize, usize) -> f64) -> Vec<Episode> {
     let mut courses = courses(layout, white, &stamp);
-    let Some(typical) = typical(layout, white) else { return Vec::new() };
-    let typical = typical.max(1.0);
-    let mut found: Vec<(usize, usize, usize)> = Vec::new();
+    let Some(typical) = typical(layout, white).map(|typical| typical.max(1.0)) else { return Vec::new() };
+    let mut found: Vec<Window> = Vec::new();
     while found.len() < MOST {
-        let best = courses.iter().enumerate().map(|(r, course)| (r, highest(course, HIGH * typical)));
-        let Some((r, (_, first, end))) = best.max_by(|a, b| a.1.0.total_cmp(&b.1.0)) else { break };
-        let course = &mut courses[r];
-        let (square, count) = course.sums(first, end);
-        let is_short = (end - first) as f64 <= LONGEST * course.time.len() as f64;
-        if end - first < FEWEST_ROWS || !is_short || square < LARGE * typical * count {
+        let Some(window) = Window::highest(&courses, HIGH * typical) else { break };
+        if window.mean(&courses) < LARGE * typical {
             break;
         }
-        found.push((r, first, end));
-        let window = [course.time[first] - MEMORY, course.time[end - 1] + MEMORY];
-        course.forget(window);
+        window.forget(&mut courses);
+        found.push(window);
     }
-    let (square, count) = courses.iter().map(|c| c.sums(0, c.time.len())).fold((0.0, 0.0), add);
+    let (square, count) = total(&courses);
     if typical > QUIET || square > QUIET * count {
         return Vec::new();
     }
-    let course = |r: usize| &courses[r];
-    let of = |&(r, first, end): &(usize, usize, usize)| {
-        let (record, time) = (course(r).record, &course(r).time);
-        let window = [time[first] - MEMORY, time[end - 1] + MEMORY];
-        told(layout, white, record, first..end, window, square / count.max(1.0))
-    };
-    found.iter().map(of).collect()
+    found.iter().map(|window| window.told(layout, white, square / count.max(1.0))).collect()
 }
 
-fn add(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
-    (a.0 + b.0, a.1 + b.1)
+// A fit that somebody's push has bent leaves much everywhere, so the level is set by the peak.
+fn standing_out(layout: &Layout, white: &[f64], stamp: impl Fn(usize, usize) -> f64) -> Option<Episode> {
+    let mut courses = courses(layout, white, &stamp);
+    let peak = courses.iter().map(Course::peak).fold(0.0, f64::max);
+    let window = Window::highest(&courses, OF_PEAK * peak)?;
+    let mean = window.mean(&courses);
+    window.forget(&mut courses);
+    let (square, count) = total(&courses);
+    let rest = square / count.max(1.0);
+    (mean > LARGE * rest).then(|| window.told(layout, white, rest))
+}
+
+// Rows of a run.
+struct Window {
+    course: usize,
+    record: usize,
+    first: usize,
+    end: usize,
+    // Stamps, with what filters remember.
+    time: [f64; 2],
+}
+
+impl Window {
+    // The one with the largest sum of squares beyond `level` a channel and row, if it is short.
+    fn highest(courses: &[Course], level: f64) -> Option<Self> {
+        let sums = courses.iter().enumerate().map(|(course, rows)| (course, highest(rows, level)));
+        let (course, (_, first, end)) = sums.max_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
+        let own = &courses[course];
+        if end < first + FEWEST_ROWS || !own.is_short(first, end) {
+            return None;
+        }
+        let time = [own.time[first] - MEMORY, own.time[end - 1] + MEMORY];
+        Some(Self { course, record: own.record, first, end, time })
+    }
+
+    fn mean(&self, courses: &[Course]) -> f64 {
+        let (square, count) = courses[self.course].sums(self.first, self.end);
+        square / count.max(1.0)
+    }
+
+    fn forget(&self, courses: &mut [Course]) {
+        let own = &mut courses[self.course];
+        for k in (0..own.time.len()).filter(|&k| is_within(own.time[k], self.time)) {
+            (own.squares[k], own.counts[k]) = (0.0, 0.0);
+        }
+    }
+
+    // By the mean square of what is left besides.
+    fn told(&self, layout: &Layout, white: &[f64], rest: f64) -> Episode {
+        let own = |c: usize| layout.of_channel(c).filter(move |s| s.record == self.record);
+        let square = |c: usize| -> f64 {
+            own(c).flat_map(|s| &white[s.first + self.first..s.first + self.end]).map(|w| w * w).sum()
+        };
+        let channel =
+            (0..layout.channels.len()).max_by(|&a, &b| square(a).total_cmp(&square(b))).unwrap_or(0);
+        let all: f64 = rows_of(layout, channel).map(|k| white[k] * white[k]).sum();
+        let (inside, count) = (square(channel), (self.end - self.first) as f64);
+        Episode {
+            record: self.record,
+            window: self.time,
+            channel,
+            share: inside / all.max(1e-300),
+            size: inside / count / rest.max(1e-300),
+            z: (inside - count) / (2.0 * count).sqrt(),
+        }
+    }
+}
+
+// Squares and counts of all runs.
+fn total(courses: &[Course]) -> (f64, f64) {
+    courses.iter().map(|c| c.sums(0, c.time.len())).fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1))
 }
 
 impl Course {
+    fn is_short(&self, first: usize, end: usize) -> bool {
+        (end - first) as f64 <= LONGEST * self.time.len() as f64
+    }
+
     fn sums(&self, first: usize, end: usize) -> (f64, f64) {
         (self.squares[first..end].iter().sum(), self.counts[first..end].iter().sum())
     }
 
-    fn forget(&mut self, window: [f64; 2]) {
-        for k in (0..self.time.len()).filter(|&k| is_within(self.time[k], window)) {
-            (self.squares[k], self.counts[k]) = (0.0, 0.0);
-        }
+    // The largest mean square of so many rows.
+    fn peak(&self) -> f64 {
+        let last = self.time.len().saturating_sub(PEAK_ROWS);
+        let means = (0..=last).map(|k| self.sums(k, (k + PEAK_ROWS).min(self.time.len())));
+        means.map(|(square, count)| square / count.max(1.0)).fold(0.0, f64::max)
     }
 }
 
@@ -162,31 +269,6 @@ fn highest(course: &Course, level: f64) -> (f64, usize, usize) {
     best
 }
 
-fn told(
-    layout: &Layout,
-    white: &[f64],
-    record: usize,
-    rows: std::ops::Range<usize>,
-    window: [f64; 2],
-    rest: f64,
-) -> Episode {
-    let own = |c: usize| layout.of_channel(c).filter(move |s| s.record == record);
-    let square = |c: usize| -> f64 {
-        own(c).flat_map(|s| &white[s.first + rows.start..s.first + rows.end]).map(|w| w * w).sum()
-    };
-    let channel = (0..layout.channels.len()).max_by(|&a, &b| square(a).total_cmp(&square(b))).unwrap_or(0);
-    let all: f64 = crate::colour::rows_of(layout, channel).map(|k| white[k] * white[k]).sum();
-    let (inside, count) = (square(channel), rows.len() as f64);
-    Episode {
-        record,
-        window,
-        channel,
-        share: inside / all.max(1e-300),
-        size: inside / count / rest.max(1e-300),
-        z: (inside - count) / (2.0 * count).sqrt(),
-    }
-}
-
 // How often such a statement is right: what happened once in one run cannot be told from a fault of the log.
 const ONCE: f64 = 0.7;
 const AMONG_OTHERS: f64 = 0.3;
@@ -223,16 +305,23 @@ impl Episode {
             note: None,
         };
         let torque = self.torque(search, state).map(|(torque, unit)| value("torque", torque, unit));
+        let probability = if is_rest_explained { ONCE } else { AMONG_OTHERS };
+        let place = self.place(search).0;
         CandidateReport {
             effect: NAME.to_owned(),
-            place: self.place(search).0,
-            probability: if is_rest_explained { ONCE } else { AMONG_OTHERS },
+            place: place.clone(),
+            probability,
             error_explained: self.share,
             contribution: self.size.sqrt(),
             values: [value("from", from, "s"), value("to", to, "s")].into_iter().chain(torque).collect(),
             z: self.z,
             grounds: None,
-            rivals: Vec::new(),
+            rivals: vec![RivalReport {
+                effect: "contact".to_owned(),
+                place,
+                probability: 1.0 - probability,
+                experiment: EXPERIMENT.to_owned(),
+            }],
         }
     }
 
@@ -241,7 +330,8 @@ impl Episode {
         (search.problem.robot.model.dof_name(channel.dof).to_owned(), channel.signal().to_owned())
     }
 
-    // Mean of what the torque lacks in the window, as a torque on the joint, and its unit.
+    // Mean of what the torque lacks in the window where it is more than half of the most, as a torque on the joint, and its
+    // unit.
     fn torque(&self, search: &Search, state: &State) -> Option<(f64, &'static str)> {
         let layout = search.yardstick().problem.form.layout();
         let dof = search.problem.form.layout().channels[self.channel].dof;
@@ -261,7 +351,9 @@ impl Episode {
             .filter(|(row, _)| is_within(record.time[record.centre(*row)], inside))
             .map(|(_, k)| residual[k])
             .collect();
-        let mean = rows.iter().sum::<f64>() / rows.len().max(1) as f64;
+        let most = rows.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+        let high = || rows.iter().filter(|x| x.abs() > 0.5 * most);
+        let mean = high().sum::<f64>() / high().count().max(1) as f64;
         let unit = layout.channels[channel].unit(&search.problem.robot.model);
         (!rows.is_empty() && rms(rows.iter().copied()) > 0.0).then_some((-mean, unit))
     }
@@ -311,6 +403,17 @@ mod tests {
         let [from, to] = episode.window;
         assert!((from + MEMORY - 6.0).abs() < 0.1 && (to - MEMORY - 6.98).abs() < 0.1, "{episode:?}");
         assert!(episode.share > 0.7 && episode.z > 100.0);
+    }
+
+    #[test]
+    fn a_push_stands_out_of_what_is_missing_besides() {
+        let at = |_: usize, row: usize| row as f64 / 50.0;
+        let mut white: Vec<f64> = noise().iter().map(|w| 4.0 * w).collect();
+        assert_eq!(standing_out(&layout(), &white, at), None);
+        white[300..350].iter_mut().for_each(|w| *w += 30.0);
+        let episode = standing_out(&layout(), &white, at).expect("it stands out");
+        let [from, to] = episode.window;
+        assert!((from + MEMORY - 6.0).abs() < 0.1 && (to - MEMORY - 6.98).abs() < 0.1, "{episode:?}");
     }
 
     #[test]

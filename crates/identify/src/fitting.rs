@@ -10,6 +10,7 @@ use crate::analysis::{Worked, analysed, residual_told};
 use crate::base::{is_nuisance, scope};
 use crate::comparison::{Prepared, SignalError, as_given, signals, total};
 use crate::diagnosis::{Diagnosis, left_episodes, report};
+use crate::episode::sudden;
 use crate::explore::{Explored, Rung, Unseen, explore, widening};
 use crate::heterogeneity::run_to_run;
 use crate::problem::{Candidate, Equations, Problem};
@@ -156,6 +157,7 @@ fn work(
         let prepared = begun.prepared;
         let options = search.problem.options;
         let base = search.base(prepared.base_specs(robot, catalogue))?;
+        let sudden = sudden(search, &base);
         let floors = search.floors_told(&base)?;
         let unseen_runs = Prepared::with(robot, check, prepared.sensors.clone(), prepared.scales)?;
         let unseen_form = unseen_runs.form(robot);
@@ -185,10 +187,10 @@ fn work(
         let scope = scope(robot, &prepared.sensors, runs);
         let scope = format!("{scope}; {}", residual_told(search, begun));
         let diagnosis = report(search, &explored, begun, given.findings, scope)?;
-        let is_named = !diagnosis.accepted.is_empty();
-        let episodes = left_episodes(search, &explored, &diagnosis);
+        let (is_named, is_answered) = (!diagnosis.accepted.is_empty(), diagnosis.is_answered());
+        let left = left_episodes(search, &explored, diagnosis.verdict);
         let result = finished(search, explored, diagnosis, steps, runs, check);
-        Ok(Worked { result, is_named, episodes })
+        Ok(Worked { result, is_named, is_answered, left, sudden })
     })
 }
 

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::episode::is_of_one_time;
 use crate::explore::{Explored, Rung};
 use crate::gates::{Evidence, mean_square};
 use crate::remainder::Left;
@@ -28,6 +29,8 @@ pub struct Grounds {
     /// Other effects that were accepted in the same joint: several laws beside each other often stand for one that is missing.
     /// Viscous and Coulomb friction, which every drive has, neither count nor are counted against.
     pub company: usize,
+    /// All that it explains lies in one short time of one run, as it would if something had acted once.
+    pub once: bool,
 }
 
 /// Numbers in which the logit of a probability is linear.
@@ -54,10 +57,11 @@ impl Grounds {
         ]
     }
 
-    /// The most that its probability may be: its share among those that are tied, 1/(1 + Σ e^(−Δχ²/20)) over its rivals, times
-    /// 1/(1 + (left/0.1)²), since a law that is only like the true one takes most of its error away and leaves the rest.
+    /// The most that its probability may be: its share among those that are tied, 1/(1 + Σ e^(−Δχ²/20)) over its rivals, one
+    /// more of which is what acts once, times 1/(1 + (left/0.1)²), since a law that is only like the true one takes most of its error away and leaves the rest.
     pub fn share(&self) -> f64 {
-        1.0 / ((1.0 + self.tied) * (1.0 + (self.left / LIKE).powi(2)))
+        let tied = self.tied + f64::from(u8::from(self.once));
+        1.0 / ((1.0 + tied) * (1.0 + (self.left / LIKE).powi(2)))
     }
 
     /// How often a name on such grounds is right.
@@ -112,6 +116,7 @@ impl Grounds {
             tied: entry.rivals.iter().map(|(_, distance)| likelihood_of_tied(*distance)).sum(),
             left: left_of(search, explored, left, entry),
             company: if entry.trial.is_plain_friction() { 0 } else { beside.count() },
+            once: is_of_one_time(search, &explored.state, entry),
         }
     }
 
@@ -170,6 +175,7 @@ mod tests {
             tied: 0.0,
             left: 0.0,
             company: 0,
+            once: false,
         }
     }
 
@@ -177,6 +183,7 @@ mod tests {
     fn an_equal_rival_takes_half() {
         let alone = grounds().probability();
         let shared = Grounds { tied: 1.0, ..grounds() }.probability();
+        assert_eq!(shared, Grounds { once: true, ..grounds() }.probability());
         assert!(alone > 0.8 && (shared / alone - 0.5).abs() < 0.02, "{alone} {shared}");
     }
 

@@ -93,7 +93,7 @@ pub fn trial(
         let effects: Vec<String> = explored.state.accepted.iter().map(|a| a.trial.label()).collect();
         let is_named = !effects.is_empty();
         let result = TrialReport { effects, false_acceptance, surrogates, sentence };
-        Ok(Worked { result, is_named, episodes: Vec::new() })
+        Ok(Worked { result, is_named, is_answered: true, left: Vec::new(), sudden: None })
     })
 }
 
