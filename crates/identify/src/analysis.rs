@@ -38,16 +38,21 @@ pub(crate) struct Worked<T> {
     pub is_named: bool,
     /// True if all is explained.
     pub is_answered: bool,
-    /// Short times of the runs to which all that is unexplained is confined.
-    pub left: Vec<Episode>,
-    /// The one that stands out of what the base leaves.
-    pub sudden: Option<Episode>,
+    pub left: LeftOver,
+}
+
+/// Short times of the runs that hold what a search does not explain.
+#[derive(Default)]
+pub(crate) struct LeftOver {
+    pub episodes: Vec<Episode>,
+    /// Outside of them nothing is left.
+    pub is_rest_noise: bool,
 }
 
 /// Does `work` with a search of the runs. Where it names nothing and a misfit passed for torque noise, the work is done
-/// once more with the imposed residual; where all that is left is confined to episodes, once more without them. Where much
-/// of what the base leaves is, and no answer was found, the work is tried without them, too: what acts once bends a model so far
-/// that the rest fits no longer.
+/// once more with the imposed residual; where all that is left is confined to episodes, once more without them. Where one stands
+/// out of what the base leaves, the work is tried without it, too: what acts once bends a model so far that the rest fits no
+/// longer, or that another law passes for it.
 ///
 /// # Errors
 /// If the robot is no plant, a run lacks the signals or fails a check, or the work fails.
@@ -72,14 +77,15 @@ fn answered<T>(
     acted: &[Episode],
     without: &impl Fn(&[Episode]) -> Result<Worked<T>, IdentifyError>,
 ) -> Result<(T, bool), IdentifyError> {
-    let is_rest_noise = !whole.left.is_empty();
-    let next = if is_rest_noise { whole.left } else { Vec::from_iter(whole.sudden) };
-    if whole.is_answered || next.is_empty() || acted.len() >= MOST {
-        return Ok((whole.result, whole.is_answered));
+    let LeftOver { episodes: next, is_rest_noise } = whole.left;
+    let was_answered = whole.is_answered;
+    if next.is_empty() || acted.len() >= MOST {
+        return Ok((whole.result, was_answered));
     }
     let acted = [acted, &next].concat();
     let (result, is_answered) = answered(without(&acted)?, &acted, without)?;
-    Ok(if is_answered || is_rest_noise { (result, is_answered) } else { (whole.result, false) })
+    let is_better = is_answered || (is_rest_noise && !was_answered);
+    Ok(if is_better { (result, is_answered) } else { (whole.result, was_answered) })
 }
 
 fn worked<T>(

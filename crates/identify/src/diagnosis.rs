@@ -6,7 +6,7 @@ use sinew_data::Run;
 use sinew_effect::Catalogue;
 use sinew_model::{Robot, Setting};
 
-use crate::analysis::{Analysis, Worked, analysed, residual_told};
+use crate::analysis::{Analysis, LeftOver, Worked, analysed, residual_told};
 use crate::base::scope;
 use crate::comparison::as_given;
 use crate::episode::{self, Episode, episodes, sudden};
@@ -126,29 +126,20 @@ pub fn diagnose(
         let explored = explore(search, base, None)?;
         let scope = scope(robot, &begun.prepared.sensors, runs);
         let scope = format!("{scope}; {}", residual_told(search, begun));
-        let result = report(search, &explored, begun, findings, scope)?;
-        let (is_named, is_answered) = (!result.accepted.is_empty(), result.is_answered());
-        let left = left_episodes(search, &explored, result.verdict);
-        Ok(Worked { result, is_named, is_answered, left, sudden })
+        let (mut result, is_answered) = report(search, &explored, begun, findings, scope)?;
+        let left = result.left(search, &explored, sudden.filter(|e| e.is_alone || !is_answered));
+        Ok(Worked { is_named: !result.accepted.is_empty(), result, is_answered, left })
     })
 }
 
-/// The episodes to which all is confined that a search does not explain.
-pub(crate) fn left_episodes(search: &Search, explored: &Explored, verdict: Verdict) -> Vec<Episode> {
-    match verdict {
-        Verdict::Unexplained | Verdict::PartlyExplained => episodes(search, &explored.state),
-        _ => Vec::new(),
-    }
-}
-
-/// The diagnosis of a finished search.
+/// The diagnosis of a finished search, and whether all is explained.
 pub(crate) fn report(
     search: &Search,
     explored: &Explored,
     begun: &Analysis,
     findings: Vec<Finding>,
     scope: String,
-) -> Result<Diagnosis, IdentifyError> {
+) -> Result<(Diagnosis, bool), IdentifyError> {
     let state = &explored.state;
     let reports = parameters(search, state, widening(search, state));
     let own = clocks(search, state, &reports).into_iter().chain(differences(state, &reports));
@@ -197,8 +188,8 @@ pub(crate) fn report(
         findings,
         refusals,
     };
-    diagnosis.add(&begun.episodes, search, state);
-    Ok(diagnosis)
+    let is_explained = diagnosis.add(&begun.episodes, search, state);
+    Ok((diagnosis, is_explained))
 }
 
 // How often names are false on surrogates of the log, where a name on so few blocks may rest on their chances.
@@ -211,14 +202,20 @@ fn false_acceptance(search: &Search, state: &State) -> Result<Option<FalseAccept
 }
 
 impl Diagnosis {
-    /// True if all is explained.
-    pub(crate) fn is_answered(&self) -> bool {
-        matches!(self.verdict, Verdict::Adequate | Verdict::Missing)
+    /// The short times that hold what a search leaves, or else the one that stands out of what its base left: those that may
+    /// be left out; the others are told.
+    pub(crate) fn left(&mut self, search: &Search, explored: &Explored, sudden: Option<Episode>) -> LeftOver {
+        let found = episodes(search, &explored.state);
+        let is_rest_noise = !found.is_empty();
+        let all = if is_rest_noise { found } else { Vec::from_iter(sudden) };
+        let (alone, told): (Vec<Episode>, Vec<Episode>) = all.into_iter().partition(|e| e.is_alone);
+        self.findings.splice(0..0, told.iter().map(|e| e.finding(search)));
+        LeftOver { is_rest_noise: is_rest_noise && told.is_empty(), episodes: alone }
     }
 
-    // Episodes are told before all else and named after the laws.
-    fn add(&mut self, episodes: &[Episode], search: &Search, state: &State) {
-        let is_rest_explained = self.is_answered();
+    // Episodes are told before all else and named after the laws. True if all is explained.
+    fn add(&mut self, episodes: &[Episode], search: &Search, state: &State) -> bool {
+        let is_rest_explained = matches!(self.verdict, Verdict::Adequate | Verdict::Missing);
         for (k, episode) in episodes.iter().enumerate() {
             let candidate = episode.candidate(search, state, is_rest_explained);
             let (effect, place) = (candidate.effect.clone(), candidate.place.clone());
@@ -229,6 +226,7 @@ impl Diagnosis {
         if is_rest_explained && !episodes.is_empty() {
             self.verdict = Verdict::Missing;
         }
+        is_rest_explained
     }
 }
 

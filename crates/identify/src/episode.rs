@@ -6,9 +6,11 @@ use sinew_effect::Sensor;
 use crate::colour::rows_of;
 use crate::diagnosis::{CandidateReport, RivalReport};
 use crate::fitting::ParameterReport;
+use crate::record::Record;
 use crate::report::Finding;
 use crate::residual::Layout;
 use crate::search::{Accepted, Search, State};
+use crate::spread::std;
 use crate::trial::How;
 use crate::verdict::rms;
 
@@ -27,6 +29,10 @@ pub(crate) struct Episode {
     pub size: f64,
     /// Its excess by the chance of noise.
     pub z: f64,
+    /// Stamps of the rows with most of it, s.
+    pub core: Vec<f64>,
+    /// Their motion is in the log without it, too.
+    pub is_alone: bool,
 }
 
 /// The name of the effect.
@@ -41,11 +47,11 @@ pub(crate) const MOST: usize = 2;
 const LONGEST: f64 = 0.2;
 // Rows of an episode, at least, and their mean square in units of the other rows'.
 const FEWEST_ROWS: usize = 5;
-const LARGE: f64 = 8.0;
+const LARGE: f64 = 20.0;
 // Times the typical mean square beyond which a row speaks for an episode.
 const HIGH: f64 = 3.0;
 // Mean square, in units of noise, that the typical second and all rows outside may leave.
-const QUIET: f64 = 2.0;
+const QUIET: f64 = 1.5;
 // Rows of a peak, and the share of its mean square beyond which rows stand out like it.
 const PEAK_ROWS: usize = 16;
 const OF_PEAK: f64 = 0.1;
@@ -62,12 +68,14 @@ struct Course {
 
 /// The episodes of what a model leaves; none unless the rest is noise.
 pub(crate) fn episodes(search: &Search, state: &State) -> Vec<Episode> {
-    confined(search.problem.form.layout(), &state.fitted.white, stamps(search))
+    let found = confined(search.problem.form.layout(), &state.fitted.white, stamps(search));
+    found.iter().map(|e| e.compared(search, state, &found)).collect()
 }
 
 /// The episode that stands out of what a model leaves, whatever the rest is.
 pub(crate) fn sudden(search: &Search, state: &State) -> Option<Episode> {
-    standing_out(search.problem.form.layout(), &state.fitted.white, stamps(search))
+    let found = standing_out(search.problem.form.layout(), &state.fitted.white, stamps(search))?;
+    Some(found.compared(search, state, std::slice::from_ref(&found)))
 }
 
 /// True if nearly all that an effect adds to the rows lies in one short time of one run.
@@ -112,7 +120,7 @@ fn confined(layout: &Layout, white: &[f64], stamp: impl Fn(usize, usize) -> f64)
     let mut found: Vec<Window> = Vec::new();
     while found.len() < MOST {
         let Some(window) = Window::highest(&courses, HIGH * typical) else { break };
-        if window.mean(&courses) < LARGE * typical {
+        if window.mean < LARGE * typical {
             break;
         }
         window.forget(&mut courses);
@@ -130,11 +138,10 @@ fn standing_out(layout: &Layout, white: &[f64], stamp: impl Fn(usize, usize) -> 
     let mut courses = courses(layout, white, &stamp);
     let peak = courses.iter().map(Course::peak).fold(0.0, f64::max);
     let window = Window::highest(&courses, OF_PEAK * peak)?;
-    let mean = window.mean(&courses);
     window.forget(&mut courses);
     let (square, count) = total(&courses);
     let rest = square / count.max(1.0);
-    (mean > LARGE * rest).then(|| window.told(layout, white, rest))
+    (window.mean > LARGE * rest).then(|| window.told(layout, white, rest))
 }
 
 // Rows of a run.
@@ -145,6 +152,9 @@ struct Window {
     end: usize,
     // Stamps, with what filters remember.
     time: [f64; 2],
+    mean: f64,
+    // Stamps of the rows that are no smaller than half of the mean.
+    core: Vec<f64>,
 }
 
 impl Window {
@@ -157,12 +167,11 @@ impl Window {
             return None;
         }
         let time = [own.time[first] - MEMORY, own.time[end - 1] + MEMORY];
-        Some(Self { course, record: own.record, first, end, time })
-    }
-
-    fn mean(&self, courses: &[Course]) -> f64 {
-        let (square, count) = courses[self.course].sums(self.first, self.end);
-        square / count.max(1.0)
+        let (square, count) = own.sums(first, end);
+        let mean = square / count.max(1.0);
+        let is_core = |k: &usize| own.counts[*k] > 0.0 && own.squares[*k] >= 0.5 * mean * own.counts[*k];
+        let core = (first..end).filter(is_core).map(|k| own.time[k]).collect();
+        Some(Self { course, record: own.record, first, end, time, mean, core })
     }
 
     fn forget(&self, courses: &mut [Course]) {
@@ -189,6 +198,8 @@ impl Window {
             share: inside / all.max(1e-300),
             size: inside / count / rest.max(1e-300),
             z: (inside - count) / (2.0 * count).sqrt(),
+            core: self.core.clone(),
+            is_alone: false,
         }
     }
 }
@@ -269,7 +280,18 @@ fn highest(course: &Course, level: f64) -> (f64, usize, usize) {
     best
 }
 
-// How often such a statement is right: what happened once in one run cannot be told from a fault of the log.
+// A row of the log, about one joint.
+struct Row {
+    record: usize,
+    time: f64,
+    at: [f64; 3],
+}
+
+// Part of their standard deviations by which rows of like motion differ, and the share of an episode's that must come back.
+const NEAR: f64 = 0.5;
+const USUAL: f64 = 0.7;
+
+// How often such a statement is right, by estimate: what happened once in one run cannot be told from a fault of the log.
 const ONCE: f64 = 0.7;
 const AMONG_OTHERS: f64 = 0.3;
 
@@ -279,15 +301,17 @@ impl Episode {
         let (joint, signal) = self.place(search);
         let run = &search.records[self.record].name;
         let [from, to] = self.window;
-        Finding {
-            statement: format!(
-                "{run}: between {from:.2} and {to:.2} s something acted at {joint} that comes back nowhere else: this time is left out of every fit"
-            ),
-            joint,
-            signal,
-            regime: format!("run {run}"),
-            share: self.share,
-        }
+        let statement = if self.is_alone {
+            format!(
+                "{run}: between {from:.2} and {to:.2} s something acted at {joint} that does not come back with the same motion: this time is left out of every fit"
+            )
+        } else {
+            format!(
+                "{run}: between {from:.2} and {to:.2} s {:.0} times as much is left at {joint} as elsewhere, in a motion that comes back nowhere: once more would tell whether something acted",
+                self.size.sqrt()
+            )
+        };
+        Finding { statement, joint, signal, regime: format!("run {run}"), share: self.share }
     }
 
     /// The candidate of a diagnosis; `is_rest_explained`: nothing else is left.
@@ -330,16 +354,67 @@ impl Episode {
         (search.problem.robot.model.dof_name(channel.dof).to_owned(), channel.signal().to_owned())
     }
 
+    // With whether most of the motion of its time comes back outside of all of them. Where it does not, be it that a strong
+    // push made it, a law that shows there only, a stop or a limit of the drive, explains as much.
+    fn compared(&self, search: &Search, state: &State, all: &[Self]) -> Self {
+        let rows = self.motion(search, state);
+        let scale: [f64; 3] =
+            std::array::from_fn(|f| std(&rows.iter().map(|row| row.at[f]).collect::<Vec<_>>()).max(1e-300));
+        let step = if let [a, b, ..] = &rows[..] { 0.5 * (b.time - a.time) } else { 0.0 };
+        let is_core = |row: &Row| {
+            row.record == self.record && self.core.iter().any(|time| (row.time - time).abs() <= step)
+        };
+        let is_in = |row: &Row, e: &Self| row.record == e.record && is_within(row.time, e.window);
+        let is_near = |a: &Row, b: &Row| (0..3).all(|f| (a.at[f] - b.at[f]).abs() < NEAR * scale[f]);
+        let (own, others): (Vec<&Row>, Vec<&Row>) = (
+            rows.iter().filter(|row| is_core(row)).collect(),
+            rows.iter().filter(|row| all.iter().all(|e| !is_in(row, e))).collect(),
+        );
+        let usual = own.iter().filter(|a| others.iter().any(|b| is_near(a, b))).count();
+        let is_alone = !own.is_empty() && usual as f64 >= USUAL * own.len() as f64;
+        Self { is_alone, ..self.clone() }
+    }
+
+    // Where its joint is in every row, how fast, and under which torque of the model, or else with which acceleration.
+    fn motion(&self, search: &Search, state: &State) -> Vec<Row> {
+        let told = search.yardstick();
+        let layout = told.problem.form.layout();
+        let dof = search.problem.form.layout().channels[self.channel].dof;
+        let channel = self.torque_channel(search);
+        let residual = search.told(state);
+        let of_record = |(r, record): (usize, &Record)| -> Vec<Row> {
+            let load = match channel {
+                Some(c) => {
+                    let first = layout.of_channel(c).find(|s| s.record == r).map_or(0, |s| s.first);
+                    let measured = record.rows(&record.measured[c]).into_iter().zip(&residual[first..]);
+                    measured.map(|(measured, left)| measured - left).collect()
+                }
+                None => record.rows(&record.thetadd[dof]),
+            };
+            let motion = record.rows(&record.theta[dof]).into_iter().zip(record.rows(&record.thetad[dof]));
+            let stamp = |row: usize| record.time[record.centre(row).min(record.len() - 1)];
+            let row = |(row, ((theta, thetad), load))| Row {
+                record: r,
+                time: stamp(row),
+                at: [theta, thetad, load],
+            };
+            motion.zip(load).enumerate().map(row).collect()
+        };
+        told.records.iter().enumerate().flat_map(of_record).collect()
+    }
+
+    // The channel that tells the torque of its joint, in the rows in which errors are told.
+    fn torque_channel(&self, search: &Search) -> Option<usize> {
+        let dof = search.problem.form.layout().channels[self.channel].dof;
+        let channels = &search.yardstick().problem.form.layout().channels;
+        channels.iter().position(|c| c.dof == dof && c.sensor != Sensor::JointPosition)
+    }
+
     // Mean of what the torque lacks in the window where it is more than half of the most, as a torque on the joint, and its
     // unit.
     fn torque(&self, search: &Search, state: &State) -> Option<(f64, &'static str)> {
         let layout = search.yardstick().problem.form.layout();
-        let dof = search.problem.form.layout().channels[self.channel].dof;
-        let is_its = |c: &usize| {
-            let channel = &layout.channels[*c];
-            channel.dof == dof && channel.sensor != Sensor::JointPosition
-        };
-        let channel = (0..layout.channels.len()).find(is_its)?;
+        let channel = self.torque_channel(search)?;
         let residual = search.told(state);
         let record = &search.yardstick().records[self.record];
         let [from, to] = self.window;

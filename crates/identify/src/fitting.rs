@@ -9,7 +9,7 @@ use sinew_model::{EffectSpec, Model, Place, Robot};
 use crate::analysis::{Worked, analysed, residual_told};
 use crate::base::{is_nuisance, scope};
 use crate::comparison::{Prepared, SignalError, as_given, signals, total};
-use crate::diagnosis::{Diagnosis, left_episodes, report};
+use crate::diagnosis::{Diagnosis, report};
 use crate::episode::sudden;
 use crate::explore::{Explored, Rung, Unseen, explore, widening};
 use crate::heterogeneity::run_to_run;
@@ -186,11 +186,11 @@ fn work(
         steps.extend(explored.rungs.iter().map(|r| step(r.added.clone(), &r.residual, r.unseen.as_ref())));
         let scope = scope(robot, &prepared.sensors, runs);
         let scope = format!("{scope}; {}", residual_told(search, begun));
-        let diagnosis = report(search, &explored, begun, given.findings, scope)?;
-        let (is_named, is_answered) = (!diagnosis.accepted.is_empty(), diagnosis.is_answered());
-        let left = left_episodes(search, &explored, diagnosis.verdict);
+        let (mut diagnosis, is_answered) = report(search, &explored, begun, given.findings, scope)?;
+        let is_named = !diagnosis.accepted.is_empty();
+        let left = diagnosis.left(search, &explored, sudden.filter(|e| e.is_alone || !is_answered));
         let result = finished(search, explored, diagnosis, steps, runs, check);
-        Ok(Worked { result, is_named, is_answered, left, sudden })
+        Ok(Worked { result, is_named, is_answered, left })
     })
 }
 

@@ -18,7 +18,7 @@ use sinew_effect::Catalogue;
 use sinew_model::Robot;
 use sinew_plant::Plant;
 
-use crate::analysis::{Worked, analysed};
+use crate::analysis::{LeftOver, Worked, analysed};
 use crate::explore::explore;
 use crate::freedom::Springs;
 use crate::innovation::Reference;
@@ -93,7 +93,7 @@ pub fn trial(
         let effects: Vec<String> = explored.state.accepted.iter().map(|a| a.trial.label()).collect();
         let is_named = !effects.is_empty();
         let result = TrialReport { effects, false_acceptance, surrogates, sentence };
-        Ok(Worked { result, is_named, is_answered: true, left: Vec::new(), sudden: None })
+        Ok(Worked { result, is_named, is_answered: true, left: LeftOver::default() })
     })
 }
 
