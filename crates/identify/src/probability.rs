@@ -29,7 +29,8 @@ pub struct Grounds {
     /// Other effects that were accepted in the same joint: several laws beside each other often stand for one that is missing.
     /// Viscous and Coulomb friction, which every drive has, neither count nor are counted against.
     pub company: usize,
-    /// All that it explains lies in one short time of one run, as it would if something had acted once.
+    /// All that it explains lies in one short time of one run, and it leaves more than noise, as it would if something had
+    /// acted once.
     pub once: bool,
 }
 
@@ -106,6 +107,7 @@ impl Grounds {
         let dof = |e: &Accepted| channels[e.evidence.channel].dof;
         let others =
             explored.state.accepted.iter().filter(|other| other.trial.label() != entry.trial.label());
+        let left = left_of(search, explored, left, entry);
         let beside = others.filter(|other| dof(other) == dof(entry) && !other.trial.is_plain_friction());
         Self {
             by_tension: rests_on_tension(evidence),
@@ -114,9 +116,9 @@ impl Grounds {
             contribution: evidence.material.max(0.0).sqrt(),
             next: entry.rivals.iter().map(|(_, d)| d.max(1.0)).fold(NO_RIVAL, f64::min),
             tied: entry.rivals.iter().map(|(_, distance)| likelihood_of_tied(*distance)).sum(),
-            left: left_of(search, explored, left, entry),
+            left,
             company: if entry.trial.is_plain_friction() { 0 } else { beside.count() },
-            once: is_of_one_time(search, &explored.state, entry),
+            once: left > 0.0 && is_of_one_time(search, &explored.state, entry),
         }
     }
 
