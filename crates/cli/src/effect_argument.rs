@@ -2,6 +2,7 @@
 
 use sinew_effect::{Entry, PlaceKind, Role, Screening, Written};
 use sinew_effects::CATALOGUE;
+use sinew_identify::EPISODE;
 use sinew_model::{EffectSpec, Place, Robot, Setting};
 use sinew_plant::{Plant, PlantError};
 use sinew_rigid::mass_matrix;
@@ -11,9 +12,18 @@ use crate::error::CliError;
 /// The catalogue's line of an effect.
 pub(crate) fn entry(name: &str) -> Result<&'static Entry, CliError> {
     CATALOGUE.find(name).ok_or_else(|| {
+        if name == EPISODE {
+            return no_law();
+        }
         let known = CATALOGUE.entries.iter().map(|e| e.card.name).collect();
         plant_error(PlantError::NoSuchEffect { kind: name.to_owned(), known })
     })
+}
+
+/// Why there is no page of an episode and nothing to add.
+pub(crate) fn no_law() -> CliError {
+    let help = "there is nothing to add to a model: fit runs without that time, RUN@FROM..TO";
+    CliError::usage(EPISODE, "acted once, in one run, and is no effect of the catalogue", help)
 }
 
 /// The effect that `EFFECT@PLACE[,KEY=VALUE…]` names, with the values stated there and no others.

@@ -5,8 +5,10 @@ use serde_json::{Value, json};
 use sinew_data::nearest;
 use sinew_effect::{Entry, Family};
 use sinew_effects::{CATALOGUE, page};
+use sinew_identify::EPISODE;
 
 use crate::console::Console;
+use crate::effect_argument::no_law;
 use crate::error::CliError;
 
 /// Arguments of `sinew effects`.
@@ -41,6 +43,9 @@ impl Effects {
 }
 
 fn unknown(name: &str) -> CliError {
+    if name == EPISODE {
+        return no_law();
+    }
     let known: Vec<&str> = CATALOGUE.entries.iter().map(|e| e.card.name).collect();
     let help = match nearest(name, &known) {
         Some(meant) => format!("did you mean \"{meant}\"?"),

@@ -278,3 +278,15 @@ fn a_robot_without_a_joint_that_moves_is_not_usable() {
     assert_eq!(output.status.code(), Some(1), "{text}");
     assert!(text.contains("robot \"arm\" has no joint that moves"), "{text}");
 }
+
+#[test]
+fn an_episode_is_no_law_that_could_be_added() {
+    let bench = Bench::new("episode");
+    for arguments in [
+        &["effects", "external_force_episode"][..],
+        &["add", "arm.sinew.toml", "external_force_episode@elbow", "-o", "new.sinew.toml"],
+    ] {
+        let message = bench.refused(arguments);
+        assert!(message.contains("acted once") && message.contains("RUN@FROM..TO"), "{message}");
+    }
+}

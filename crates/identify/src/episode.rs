@@ -35,8 +35,8 @@ pub(crate) struct Episode {
     pub is_alone: bool,
 }
 
-/// The name of the effect.
-pub(crate) const NAME: &str = "external_force_episode";
+/// The name of what acts once: a candidate of a diagnosis, no law of the catalogue.
+pub const NAME: &str = "external_force_episode";
 /// What tells it from what belongs to the robot.
 pub(crate) const EXPERIMENT: &str =
     "repeat the run: what belongs to the robot or its surroundings comes back";

@@ -56,6 +56,7 @@ mod waves;
 pub use before::listed;
 pub use comparison::{Comparison, RunError, SignalError, Trace, compare};
 pub use diagnosis::{Accepted, CandidateReport, ChannelReport, Diagnosis, RivalReport, diagnose};
+pub use episode::NAME as EPISODE;
 pub use error::IdentifyError;
 pub use fitting::{Fit, ParameterReport, StepReport, discover, fit};
 pub use limits::DetectionLimit;
