@@ -64,6 +64,9 @@ pub(crate) fn analysed<T>(
     work: impl Fn(&mut Search, &Analysis) -> Result<Worked<T>, IdentifyError>,
 ) -> Result<T, IdentifyError> {
     let without = |episodes: &[Episode]| {
+        if episodes.is_empty() {
+            return worked(robot, catalogue, runs, options, Vec::new(), &work);
+        }
         let mut rest = runs.to_vec();
         episodes.iter().for_each(|e| rest[e.record].left_out.push(e.window));
         worked(robot, catalogue, &rest, options, episodes.to_vec(), &work)

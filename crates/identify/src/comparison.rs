@@ -295,7 +295,7 @@ pub(crate) fn traces(search: &Search, model: &Candidate) -> Vec<Trace> {
                 signal: channel.signal().to_owned(),
                 joint: robot.dof_name(channel.dof).to_owned(),
                 unit: channel.unit(robot).to_owned(),
-                time: (0..s.len).map(|k| record.time[record.centre(k)]).collect(),
+                time: (0..s.len).map(|k| record.stamp(k)).collect(),
                 predicted: measured.iter().zip(&residual[rows]).map(|(m, r)| m - r).collect(),
                 measured,
                 speed: record.rows(&record.thetad[channel.dof]),

@@ -1,12 +1,13 @@
-//! Episodes: an error that is confined to a short time of one run, while the rest of the log is noise. Somebody leaned on
-//! the arm, a cable caught, the log is wrong there; a robot's own laws come back wherever the motion does.
+//! Episodes: an error that is confined to a short time of one run. Somebody leaned on the arm, a cable caught, the log is
+//! wrong there; a robot's own laws come back wherever the motion does.
 
 use sinew_effect::Sensor;
 
 use crate::colour::rows_of;
 use crate::diagnosis::{CandidateReport, RivalReport};
 use crate::fitting::ParameterReport;
-use crate::record::Record;
+use crate::record::{Record, is_within};
+use crate::remainder::squares_of_seconds;
 use crate::report::Finding;
 use crate::residual::Layout;
 use crate::search::{Accepted, Search, State};
@@ -108,10 +109,7 @@ fn is_short(courses: &[Course]) -> bool {
 
 // The stamp of a row of a run.
 fn stamps(search: &Search) -> impl Fn(usize, usize) -> f64 {
-    move |record, row| {
-        let record = &search.records[record];
-        record.time[record.centre(row).min(record.len() - 1)]
-    }
+    move |record, row| search.records[record].stamp(row)
 }
 
 fn confined(layout: &Layout, white: &[f64], stamp: impl Fn(usize, usize) -> f64) -> Vec<Episode> {
@@ -226,11 +224,6 @@ impl Course {
     }
 }
 
-/// True for a stamp in a window.
-pub(crate) fn is_within(time: f64, [from, to]: [f64; 2]) -> bool {
-    time >= from && time <= to
-}
-
 fn courses(layout: &Layout, white: &[f64], stamp: impl Fn(usize, usize) -> f64) -> Vec<Course> {
     let mut courses: Vec<Course> = Vec::new();
     for segment in &layout.segments {
@@ -253,16 +246,9 @@ fn courses(layout: &Layout, white: &[f64], stamp: impl Fn(usize, usize) -> f64) 
 
 // The median of the mean squares of all seconds.
 fn typical(layout: &Layout, white: &[f64]) -> Option<f64> {
-    let mut seconds = vec![(0.0, 0.0f64); layout.blocks];
-    for k in (0..layout.len).filter(|&k| layout.keep[k]) {
-        let (square, count) = &mut seconds[layout.block[k]];
-        *square += white[k].powi(2);
-        *count += 1.0;
-    }
-    let counted = seconds.iter().filter(|(_, count)| *count > 0.0);
-    let mut means: Vec<f64> = counted.map(|(square, count)| square / count).collect();
-    means.sort_by(f64::total_cmp);
-    means.get(means.len() / 2).copied()
+    let kept = (0..layout.len).filter(|&k| layout.keep[k]);
+    let squares = squares_of_seconds(layout, kept, white, 1.0);
+    squares.get(squares.len() / 2).copied()
 }
 
 // The rows with the largest sum of squares beyond `level` each: sum, first, end (Kadane's scan).
@@ -392,10 +378,9 @@ impl Episode {
                 None => record.rows(&record.thetadd[dof]),
             };
             let motion = record.rows(&record.theta[dof]).into_iter().zip(record.rows(&record.thetad[dof]));
-            let stamp = |row: usize| record.time[record.centre(row).min(record.len() - 1)];
             let row = |(row, ((theta, thetad), load))| Row {
                 record: r,
-                time: stamp(row),
+                time: record.stamp(row),
                 at: [theta, thetad, load],
             };
             motion.zip(load).enumerate().map(row).collect()
@@ -423,7 +408,7 @@ impl Episode {
             .of_channel(channel)
             .filter(|s| s.record == self.record)
             .flat_map(|s| (0..s.len).map(move |row| (row, s.first + row)))
-            .filter(|(row, _)| is_within(record.time[record.centre(*row)], inside))
+            .filter(|(row, _)| is_within(record.stamp(*row), inside))
             .map(|(_, k)| residual[k])
             .collect();
         let most = rows.iter().fold(0.0f64, |most, x| most.max(x.abs()));

@@ -37,8 +37,8 @@ pub struct Grounds {
 /// Numbers in which the logit of a probability is linear.
 pub const FEATURES: usize = 6;
 
-// Their weights, fitted by `calibration fit` to 218 names of seeds 5000 to 5093 and 5500 to 5592, and the most that is said
-// (docs/recognition.md).
+// Their weights, fitted by `calibration fit` to 218 names of seeds 5000 to 5093 and 5500 to 5592, in whose file the other
+// names of a joint were counted afterwards, and the most that is said (docs/recognition.md).
 const WEIGHTS: [f64; FEATURES] = [-2.78, 1.44, 1.81, 1.00, 0.21, -2.41];
 const LEAST: f64 = 0.02;
 const MOST: f64 = 0.96;
@@ -59,7 +59,8 @@ impl Grounds {
     }
 
     /// The most that its probability may be: its share among those that are tied, 1/(1 + Σ e^(−Δχ²/20)) over its rivals, one
-    /// more of which is what acts once, times 1/(1 + (left/0.1)²), since a law that is only like the true one takes most of its error away and leaves the rest.
+    /// more of which is what acts once, times 1/(1 + (left/0.1)²), since a law that is only like the true one takes most of its error away
+    /// and leaves the rest.
     pub fn share(&self) -> f64 {
         let tied = self.tied + f64::from(u8::from(self.once));
         1.0 / ((1.0 + tied) * (1.0 + (self.left / LIKE).powi(2)))

@@ -7,7 +7,6 @@ use sinew_effect::{DIRECTIONS, Derivative, Sensor};
 use sinew_model::{Model, Robot};
 
 use crate::IdentifyError;
-use crate::episode::is_within;
 use crate::freedom::{Freedom, Links};
 use crate::innovation::Innovations;
 use crate::scale::Scales;
@@ -275,6 +274,11 @@ impl Record {
         self.thetadd[dof].iter_mut().zip(more).for_each(|(thetadd, more)| *thetadd += more);
     }
 
+    /// The stamp of a row.
+    pub fn stamp(&self, row: usize) -> f64 {
+        self.time[self.centre(row).min(self.len() - 1)]
+    }
+
     /// True if what happens at a stamp does not count.
     pub fn leaves_out(&self, time: f64) -> bool {
         self.left_out.iter().any(|window| is_within(time, *window))
@@ -343,6 +347,11 @@ impl Record {
     pub fn centre(&self, row: usize) -> usize {
         self.scales.kernel + row * self.scales.every
     }
+}
+
+/// True for a stamp in a window.
+pub(crate) fn is_within(time: f64, [from, to]: [f64; 2]) -> bool {
+    time >= from && time <= to
 }
 
 // From even samples to the grid of the analysis: what the wider kernel cannot reach is left out at both ends.

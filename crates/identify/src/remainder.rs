@@ -51,16 +51,27 @@ const FEWEST_ROWS: f64 = 20.0;
 
 // The lower quartile of the mean squares of a channel's seconds.
 fn quiet(layout: &Layout, c: usize, white: &[f64]) -> Option<f64> {
+    let squares = squares_of_seconds(layout, rows_of(layout, c), white, FEWEST_ROWS);
+    squares.get(squares.len() / 4).copied()
+}
+
+/// Mean squares of these rows second by second, smallest first, of the seconds with at least so many of them.
+pub(crate) fn squares_of_seconds(
+    layout: &Layout,
+    rows: impl Iterator<Item = usize>,
+    white: &[f64],
+    fewest: f64,
+) -> Vec<f64> {
     let mut seconds = vec![(0.0, 0.0); layout.blocks];
-    for k in rows_of(layout, c) {
+    for k in rows {
         let (sum, count) = &mut seconds[layout.block[k]];
         *sum += white[k] * white[k];
         *count += 1.0;
     }
-    let counted = seconds.into_iter().filter(|(_, count)| *count >= FEWEST_ROWS);
+    let counted = seconds.into_iter().filter(|(_, count)| *count >= fewest);
     let mut squares: Vec<f64> = counted.map(|(sum, count)| sum / count).collect();
     squares.sort_by(f64::total_cmp);
-    squares.get(squares.len() / 4).copied()
+    squares
 }
 
 /// For each channel, the share of the residual's variance that a generic predictor foretells on folds it has not

@@ -149,7 +149,7 @@ impl Layout {
                 layout.segments.push(Segment { record: r, channel: c, first: layout.len, len: rows });
                 layout.len += rows;
                 for k in 0..rows {
-                    let stamp = record.time[record.centre(k)];
+                    let stamp = record.stamp(k);
                     let time = stamp - record.time[0];
                     let rests = channel.signal() == "motor_torque" && rest[k] > REST_SHARE;
                     layout.keep.push(time >= start && !rests && !record.leaves_out(stamp));
@@ -158,7 +158,7 @@ impl Layout {
                     layout.fold.push(layout.folds + (k * FOLDS / rows.max(1)).min(FOLDS - 1));
                 }
             }
-            let last = record.time[record.centre(rows.max(1) - 1).min(record.len() - 1)] - record.time[0];
+            let last = record.stamp(rows.max(1) - 1) - record.time[0];
             layout.blocks += (last / BLOCK) as usize + 1;
             layout.folds += FOLDS;
         }
