@@ -106,11 +106,7 @@ pub(crate) fn explore(
         }
         let Some(next) = search.accept(&state, round)? else { break };
         let next = without_passengers(search, next, state.accepted.len(), step, unseen)?;
-        let mut refused = unseen.map(|u| u.refused(&state, &next)).unwrap_or_default();
-        if !search.problem.form.layout().is_much(state.fitted.objective) {
-            refused.extend(unlikely(&state, &next));
-            refused.extend(unsure(search, &state, &next));
-        }
+        let refused = refused_once_settled(search, &state, &next, unseen);
         if !refused.is_empty() {
             for (trial, reason) in refused {
                 search.refuse(&trial, step, reason);
@@ -135,6 +131,26 @@ pub(crate) fn explore(
         state = pruned(search, state, &mut rungs, unseen)?;
     }
     Ok(Explored { state, rungs, last })
+}
+
+// What a step added and does not hold once the model has settled, each with the reason.
+fn refused_once_settled(
+    search: &Search,
+    before: &State,
+    after: &State,
+    unseen: Option<&Unseen>,
+) -> Vec<(Trial, String)> {
+    if !after.is_finite() {
+        let reason = "with it the model cannot be followed along the runs";
+        let added = &after.accepted[before.accepted.len()..];
+        return added.iter().map(|a| (a.trial.clone(), reason.to_owned())).collect();
+    }
+    let mut refused = unseen.map(|u| u.refused(before, after)).unwrap_or_default();
+    if !search.problem.form.layout().is_much(before.fitted.objective) {
+        refused.extend(unlikely(before, after));
+        refused.extend(unsure(search, before, after));
+    }
+    refused
 }
 
 // The rows are formed about a motion in which some of the noise is left, and an effect that averages or delays it, a dead
@@ -284,8 +300,8 @@ fn superfluous(
     let evidence = evidence_between(search, &reduced, &state.fitted, state.accepted[k].trial.parameters);
     let Some(reason) = evidence.refused(search.problem.options, 1) else { return Ok(None) };
     let candidate = search.settled(reduced.model, reduced.at, accepted_without(state, k))?;
-    let is_worse = error(search, &candidate, unseen) > WORSE * error(search, state, unseen);
-    Ok((!is_worse).then_some((candidate, reason)))
+    let holds = error(search, &candidate, unseen) <= WORSE * error(search, state, unseen);
+    Ok((holds && candidate.is_finite()).then_some((candidate, reason)))
 }
 
 /// What speaks for one fitted model against another, both under one noise.

@@ -134,7 +134,8 @@ fn left_of(search: &Search, explored: &Explored, left: &[Left], entry: &Accepted
     let (evidence, layout) = (&entry.evidence, search.yardstick().problem.form.layout());
     let dof = layout.channels[evidence.channel].dof;
     let concerns = |c: usize| rests_on_tension(evidence) || layout.channels[c].dof == dof;
-    if !left.iter().enumerate().any(|(c, l)| concerns(c) && l.noise() < l.square) {
+    let is_noise = |l: &Left| l.square <= l.noise();
+    if left.iter().enumerate().all(|(c, l)| !concerns(c) || is_noise(l)) {
         return 0.0;
     }
     if rests_on_tension(evidence) {

@@ -41,6 +41,15 @@ pub(crate) struct State {
     pub slopes: Springs,
 }
 
+impl State {
+    /// True if the model could be followed along all runs, and its noise found.
+    pub fn is_finite(&self) -> bool {
+        let misfit = self.reference.as_ref().map_or(0.0, |reference| reference.misfit);
+        let numbers = [self.fitted.objective, misfit];
+        numbers.iter().chain(&self.fitted.at.residual).chain(&self.whitener.floors()).all(|x| x.is_finite())
+    }
+}
+
 /// Raw columns of every candidate; none for one that cannot be evaluated.
 pub(crate) type Columns = Vec<Option<Vec<Vec<f64>>>>;
 

@@ -43,9 +43,11 @@ pub(crate) fn channels(search: &Search, state: &State) -> Vec<ChannelReport> {
 
 /// The word for a model with `accepted` effects that leaves this.
 pub(crate) fn word(channels: &[ChannelReport], left: &[Left], accepted: usize) -> Verdict {
-    let inexact = || channels.iter().zip(left).filter(|(c, _)| c.unseen_error > EXACT);
+    // What is no number is as bad as can be.
+    let told = |x: f64| if x.is_nan() { f64::INFINITY } else { x };
+    let inexact = || channels.iter().zip(left).filter(|(c, _)| told(c.unseen_error) > EXACT);
     let worst_of =
-        |of: fn(&ChannelReport, &Left) -> f64| inexact().map(|(c, l)| of(c, l)).fold(0.0, f64::max);
+        |of: fn(&ChannelReport, &Left) -> f64| inexact().map(|(c, l)| told(of(c, l))).fold(0.0, f64::max);
     let foretold = worst_of(|_, l| l.foretold);
     let worst = worst_of(|c, _| c.predictable_remainder);
     let far = worst_of(|c, _| c.distance_to_floor);
