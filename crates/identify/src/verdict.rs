@@ -54,7 +54,7 @@ pub(crate) fn word(channels: &[ChannelReport], left: &[Left], accepted: usize) -
     match accepted {
         0 if worst < COMPLETE && far < NEAR_FLOOR && foretold < FORETOLD => Verdict::Adequate,
         0 => Verdict::Unexplained,
-        _ if worst < HALF => Verdict::Missing,
+        _ if worst < HALF && far.is_finite() => Verdict::Missing,
         _ => Verdict::PartlyExplained,
     }
 }
@@ -136,6 +136,27 @@ pub(crate) fn rms(values: impl Iterator<Item = f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_no_number_is_never_adequate_nor_complete() {
+        let channel = |unseen_error: f64, distance_to_floor: f64| ChannelReport {
+            signal: "motor_torque".to_owned(),
+            joint: "elbow".to_owned(),
+            unseen_error,
+            predictable_remainder: 0.0,
+            distance_to_floor,
+        };
+        let noise = Left { square: 1.0, quiet: 1.0, foretold: 0.0 };
+        let word_of =
+            |other: ChannelReport, accepted| word(&[channel(0.1, 1.0), other], &[noise; 2], accepted);
+        assert_eq!(word_of(channel(0.1, 1.0), 0), Verdict::Adequate);
+        assert_eq!(word_of(channel(0.1, 1.0), 1), Verdict::Missing);
+        assert_eq!(word_of(channel(0.1, f64::NAN), 0), Verdict::Unexplained);
+        assert_eq!(word_of(channel(0.1, f64::NAN), 1), Verdict::PartlyExplained);
+        let remainder = |x| ChannelReport { predictable_remainder: x, ..channel(f64::NAN, 1.0) };
+        assert_eq!(word_of(remainder(f64::NAN), 0), Verdict::Unexplained);
+        assert_eq!(word_of(remainder(f64::NAN), 1), Verdict::PartlyExplained);
+    }
 
     #[test]
     fn what_the_past_foretells_is_not_adequate() {
