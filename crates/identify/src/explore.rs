@@ -37,7 +37,7 @@ impl Unseen<'_> {
         let of = |state: &State| by_channel(self.search, &self.residual(&state.fitted.model), &self.floors);
         let (old, new) = (of(before), of(after));
         let (old_total, new_total) = (rms(old.iter().copied()), rms(new.iter().copied()));
-        let added = &after.accepted[before.accepted.len()..];
+        let added = after.added_since(before);
         let worse = |c: usize| new[c] > WORSE * old[c];
         let own = added.iter().filter(|a| worse(a.evidence.channel)).map(|a| {
             let c = a.evidence.channel;
@@ -52,7 +52,7 @@ impl Unseen<'_> {
         let own: Vec<(Trial, String)> = own.collect();
         if own.is_empty() && new_total > WORSE * old_total {
             let reason = format!("unseen runs get worse ({old_total:.2} → {new_total:.2} × floor)");
-            return added.iter().map(|a| (a.trial.clone(), reason.clone())).collect();
+            return each_refused(added, &reason);
         }
         own
     }
@@ -119,8 +119,7 @@ pub(crate) fn explore(
             step += 1;
             continue;
         }
-        let added: Vec<Trial> =
-            next.accepted[state.accepted.len()..].iter().map(|a| a.trial.clone()).collect();
+        let added: Vec<Trial> = next.added_since(&state).iter().map(|a| a.trial.clone()).collect();
         state = next;
         let labels: Vec<String> = added.iter().map(|t| t.label()).collect();
         rungs.push(rung(search, &labels, &state, unseen));
@@ -141,9 +140,10 @@ fn refused_once_settled(
     unseen: Option<&Unseen>,
 ) -> Vec<(Trial, String)> {
     if !after.is_finite() {
-        let reason = "with it the model cannot be followed along the runs";
-        let added = &after.accepted[before.accepted.len()..];
-        return added.iter().map(|a| (a.trial.clone(), reason.to_owned())).collect();
+        return each_refused(
+            after.added_since(before),
+            "with it the model cannot be followed along the runs",
+        );
     }
     let mut refused = unseen.map(|u| u.refused(before, after)).unwrap_or_default();
     if !search.problem.form.layout().is_much(before.fitted.objective) {
@@ -153,12 +153,16 @@ fn refused_once_settled(
     refused
 }
 
+fn each_refused<'a>(entries: impl IntoIterator<Item = &'a Accepted>, reason: &str) -> Vec<(Trial, String)> {
+    entries.into_iter().map(|entry| (entry.trial.clone(), reason.to_owned())).collect()
+}
+
 // The rows are formed about a motion in which some of the noise is left, and an effect that averages or delays it, a dead
 // time above all, may gain by that alone. In the −2 log likelihood of all samples the gain is gone: it falls by what the
 // rows promised and more where the effect is real. What relieves a tension promises nothing.
 fn unlikely(before: &State, after: &State) -> Option<(Trial, String)> {
     let (old, new) = (before.reference.as_ref()?.misfit, after.reference.as_ref()?.misfit);
-    let added = &after.accepted[before.accepted.len()..];
+    let added = after.added_since(before);
     if added.iter().all(|a| a.evidence.is_relief()) {
         return None;
     }
@@ -228,9 +232,8 @@ fn unsure(search: &Search, before: &State, after: &State) -> Vec<(Trial, String)
         let is_new = matches!(entry.trial.how, How::New { .. });
         is_new && own().next().is_some() && own().all(|(_, r)| r.value.abs() < SURE * r.std)
     };
-    let added = after.accepted[before.accepted.len()..].iter().filter(is_unsure);
     let reason = "about a motion of its own its strength is within two standard deviations of zero";
-    added.map(|entry| (entry.trial.clone(), reason.to_owned())).collect()
+    each_refused(after.added_since(before).iter().filter(is_unsure), reason)
 }
 
 pub(crate) fn rung(search: &Search, added: &[String], state: &State, unseen: Option<&Unseen>) -> Rung {

@@ -46,7 +46,12 @@ impl State {
     pub fn is_finite(&self) -> bool {
         let misfit = self.reference.as_ref().map_or(0.0, |reference| reference.misfit);
         let numbers = [self.fitted.objective, misfit];
-        numbers.iter().chain(&self.fitted.at.residual).chain(&self.whitener.floors()).all(|x| x.is_finite())
+        numbers.iter().chain(&self.whitener.floors()).all(|x| x.is_finite()) && self.fitted.at.is_finite()
+    }
+
+    /// The effects that were accepted since the state `before`.
+    pub fn added_since(&self, before: &Self) -> &[Accepted] {
+        &self.accepted[before.accepted.len()..]
     }
 }
 

@@ -138,7 +138,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_no_number_is_never_adequate_nor_complete() {
+    fn a_distance_or_a_remainder_that_is_no_number_is_neither_adequate_nor_complete() {
         let channel = |unseen_error: f64, distance_to_floor: f64| ChannelReport {
             signal: "motor_torque".to_owned(),
             joint: "elbow".to_owned(),
