@@ -309,6 +309,8 @@ pub enum Requirement {
     Joints(usize),
     /// The joint must turn, not slide.
     Turning,
+    /// A moving link must carry the rotor, and the robot must say where, how fast it turns and its inertia.
+    CarriedRotor,
     /// The joint's temperature must be logged and change.
     Temperature {
         /// The stated parameter that its mean is written to.

@@ -23,6 +23,8 @@ pub struct Coefficients<S> {
     /// κ, nv × nv by rows: the share of the torque of drive j (column) that acts at joint i (row) besides that of its
     /// own drive.
     pub crosstalk: Vec<S>,
+    /// s of each degree of freedom: how much of its rotor's spin its carrying link feels, 1 for all of it.
+    pub rotor_link: Vec<S>,
 }
 
 /// v₀ where nothing states it, rad/s.
@@ -38,7 +40,8 @@ impl<S: Scalar> Coefficients<S> {
             rotor: zeros.clone(),
             compliance: zeros.clone(),
             damping: zeros.clone(),
-            coulomb: zeros,
+            coulomb: zeros.clone(),
+            rotor_link: zeros,
             smoothing_velocity: vec![S::constant(SMOOTHING_VELOCITY); model.nv],
             crosstalk: vec![S::ZERO; model.nv * model.nv],
         }

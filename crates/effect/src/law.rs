@@ -66,6 +66,10 @@ pub trait Law: Debug + Send + Sync {
     fn elastic_dof(&self) -> Option<usize> {
         None
     }
+    /// The degree of freedom whose rotor it couples with the link that carries it, if any.
+    fn carried_rotor(&self) -> Option<usize> {
+        None
+    }
     /// Number of own states.
     fn states(&self) -> usize {
         0
@@ -125,6 +129,8 @@ pub trait Effect: Debug + Send + Sync {
     fn acts(&self) -> &'static [Act];
     /// [`Law::elastic_dof`].
     fn elastic_dof(&self) -> Option<usize>;
+    /// [`Law::carried_rotor`].
+    fn carried_rotor(&self) -> Option<usize>;
     /// [`Law::states`].
     fn states(&self) -> usize;
     #[doc(hidden)]
@@ -147,6 +153,9 @@ impl<L: Law> Effect for L {
     }
     fn elastic_dof(&self) -> Option<usize> {
         Law::elastic_dof(self)
+    }
+    fn carried_rotor(&self) -> Option<usize> {
+        Law::carried_rotor(self)
     }
     fn states(&self) -> usize {
         Law::states(self)

@@ -18,6 +18,7 @@ pub static CATALOGUE: Catalogue = Catalogue {
         crate::link_first_moment::ENTRY,
         crate::link_inertia::ENTRY,
         crate::rotor_inertia::ENTRY,
+        crate::rotor_link_coupling::ENTRY,
         crate::balancer_spring::ENTRY,
         crate::base_tilt::ENTRY,
         crate::base_compliance::ENTRY,

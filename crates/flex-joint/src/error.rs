@@ -1,5 +1,6 @@
 //! What can be wrong with elastic joints.
 
+use sinew_model::UnknownRotorAxis;
 use thiserror::Error;
 
 /// Why a robot's joints are not elastic joints that move.
@@ -114,4 +115,10 @@ pub enum FlexJointError {
         /// Torque at which the search ends, N·m (N).
         allowed: f64,
     },
+}
+
+impl From<UnknownRotorAxis> for FlexJointError {
+    fn from(unknown: UnknownRotorAxis) -> Self {
+        Self::NoRotorAxis { joint: unknown.joint, reason: unknown.reason, help: unknown.key }
+    }
 }

@@ -1,9 +1,7 @@
 //! Rotors that ride on moving links.
 
 use nalgebra::Matrix3;
-use sinew_model::{
-    Inertia, Joint, JointId, JointKind, Link, Mechanism, Model, Robot, Scalar, Symmetric3, Vector3,
-};
+use sinew_model::{Inertia, JointId, Mechanism, Model, Robot, RotorMount, Scalar, Symmetric3, Vector3};
 
 use crate::FlexJointError;
 
@@ -71,11 +69,11 @@ pub(crate) fn mount(
 ) -> Result<(Vec<Rotor>, Model), FlexJointError> {
     let (mut rotors, mut links) = (Vec::new(), robot.model.clone());
     for dof in (0..elastic.len()).filter(|&dof| elastic[dof]) {
-        let Some((body, axis)) = axis_in_body(robot, dof)? else { continue };
+        let Some(RotorMount { body, axis }) = robot.rotor_mount(dof)? else { continue };
         let settings = &robot.joints[dof];
         let N = settings.gear_ratio.ok_or_else(|| FlexJointError::NoGearRatio {
             joint: robot.model.dof_name(dof).to_owned(),
-            carrier: body_name(&robot.model, body).to_owned(),
+            carrier: robot.model.body_name(body).to_owned(),
         })?;
         let B = settings.rotor_inertia;
         if spin == SpinInertia::InLinks {
@@ -89,7 +87,7 @@ pub(crate) fn mount(
     for (k, (with, without)) in robot.model.joints.iter().zip(&links.joints).enumerate() {
         let (before, left) = (smallest_moment(&with.inertia), smallest_moment(&without.inertia));
         if left < before.min(0.0) - ROUNDING * trace(&with.inertia) {
-            let link = body_name(&robot.model, JointId(k)).to_owned();
+            let link = robot.model.body_name(JointId(k)).to_owned();
             return Err(FlexJointError::RotorsOutweighLink { link, got: left });
         }
     }
@@ -98,51 +96,6 @@ pub(crate) fn mount(
 
 /// Of moments of inertia, relative to their sum.
 const ROUNDING: f64 = 1e-12;
-
-/// The body that carries the rotor of a degree of freedom and the rotor's unit axis in it; none where that is the world.
-fn axis_in_body(robot: &Robot, dof: usize) -> Result<Option<(JointId, Vector3<f64>)>, FlexJointError> {
-    let (model, settings) = (&robot.model, &robot.joints[dof]);
-    let joint = &model.joints[model.joint_of_dof(dof).0];
-    let carrier = settings.carried_by.map(|link| &model.links[link.0]);
-    let Some(body) = carrier.map_or(joint.parent, |link| link.body) else { return Ok(None) };
-    let unknown =
-        |reason: String, help| Err(FlexJointError::NoRotorAxis { joint: joint.name.clone(), reason, help });
-    let axis = match (settings.rotor_axis, carrier) {
-        (Some(axis), Some(link)) => link.body_from_link.rotation * Vector3::from(axis),
-        (Some(axis), None) => {
-            let mut frames = model.links.iter().filter(|link| link.body == Some(body));
-            let first = frames.next().map_or(joint.placement.rotation, |link| link.body_from_link.rotation);
-            let differs = |link: &Link| link.body_from_link.rotation != first;
-            if frames.any(differs) {
-                let reason = format!("body \"{}\" has links in several directions", body_name(model, body));
-                return unknown(reason, "`carried_by`, the link in whose frame `rotor_axis` is told,");
-            }
-            first * Vector3::from(axis)
-        }
-        (None, _) if joint.parent == Some(body) => joint.placement.rotation * joint_axis(joint),
-        (None, _) => {
-            let reason = format!("\"{}\" does not carry the joint itself", body_name(model, body));
-            return unknown(reason, "`rotor_axis`, in the frame of the carrying link,");
-        }
-    };
-    let length = axis.norm();
-    if !(length > 0.0 && length.is_finite()) {
-        return unknown("it has no direction".to_owned(), "`rotor_axis`");
-    }
-    Ok(Some((body, axis * (1.0 / length))))
-}
-
-fn joint_axis(joint: &Joint) -> Vector3<f64> {
-    match joint.kind {
-        JointKind::Revolute { axis } | JointKind::Prismatic { axis } => axis,
-        JointKind::Floating => Vector3::ZERO,
-    }
-}
-
-fn body_name(model: &Model, body: JointId) -> &str {
-    let link = model.links.iter().find(|link| link.body == Some(body));
-    link.map_or(&model.joints[body.0].name, |link| &link.name)
-}
 
 fn outer(a: Vector3<f64>) -> Symmetric3<f64> {
     let (x, y, z) = (a.x, a.y, a.z);

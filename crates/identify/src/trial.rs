@@ -229,8 +229,17 @@ impl Offer<'_> {
             Requirement::Torque => has(Sensor::MotorTorque) || has(Sensor::JointTorque),
             Requirement::Joints(n) => model.nv >= *n,
             Requirement::Temperature { .. } => dof.is_some_and(|d| self.warmth(d).is_some()),
+            Requirement::CarriedRotor => dof.is_some_and(|dof| self.carries_rotor(dof)),
             Requirement::Turning => dof.is_none_or(|d| !model.joints[model.joint_of_dof(d).0].kind.slides()),
         }
+    }
+
+    // A moving link carries the rotor of a joint, and the robot says how.
+    fn carries_rotor(&self, dof: usize) -> bool {
+        let robot = &self.problem.robot;
+        let joint = &robot.joints[dof];
+        let told = joint.gear_ratio.is_some() && joint.rotor_inertia > 0.0 && robot.bending.is_empty();
+        told && matches!(robot.rotor_mount(dof), Ok(Some(_)))
     }
 
     // Start values: the grid of the shape, the exact strengths, or both.

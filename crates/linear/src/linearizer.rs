@@ -111,6 +111,7 @@ impl<'a> Linearizer<'a> {
             scratch: Scratch::new(plant.model()),
         };
         let whole = layout.follows()
+            || plant.couples_rotors()
             || plant.effects().iter().enumerate().any(|(k, e)| {
                 let rigid = match e.effect.site() {
                     Site::Dof(dof) => !layout.is_elastic(dof),

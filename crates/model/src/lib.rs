@@ -31,6 +31,7 @@ pub mod math;
 mod matrix3;
 mod mechanism;
 mod pose;
+mod rotor_mount;
 pub mod samples;
 mod scalar;
 #[doc(hidden)]
@@ -61,6 +62,7 @@ pub use lanes::Lanes;
 pub use matrix3::{Matrix3, Symmetric3};
 pub use mechanism::{Coordinates, Mechanism, Segment, SegmentKind};
 pub use pose::Pose;
+pub use rotor_mount::{RotorMount, UnknownRotorAxis};
 pub use scalar::Scalar;
 pub use spatial::{Force, Motion};
 pub use spelling::nearest;

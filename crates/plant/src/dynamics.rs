@@ -8,6 +8,7 @@ use sinew_rigid::{Bodies, Scratch};
 
 use crate::Plant;
 use crate::condensed::Condensation;
+use crate::rotors::Rotors;
 
 /// The positions and velocities on both sides of the gears, by degree of freedom, and the effects' own states.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,6 +85,7 @@ pub struct Dynamics<'a, S> {
     gears: Vec<Deflection<S>>,
     acting: Acting,
     pub(crate) condensation: Option<Box<Condensation<S>>>,
+    pub(crate) rotors: Option<Box<Rotors<'a, S>>>,
     // Some drive acts at a joint that is not its own.
     crosstalk: bool,
 }
@@ -147,6 +149,7 @@ impl<'a, S: Kind> Dynamics<'a, S> {
             crosstalk: coefficients.crosstalk.iter().any(|&share| share != S::ZERO),
             armature: zeros.clone(),
             condensation: Condensation::new(plant),
+            rotors: Rotors::new(&plant.model, &plant.mounts, &coefficients).map(Box::new),
             coefficients,
             scratch: Scratch::new(&plant.model),
             deflection: zeros.clone(),
@@ -178,7 +181,7 @@ impl<'a, S: Kind> Dynamics<'a, S> {
     pub fn gears(&self) -> &[Deflection<S>] {
         &self.gears
     }
-    /// Forces of the effects and of bending links' own springs on the links, N·m, at the state last evaluated.
+    /// Forces of the effects, of bending links' own springs and of rotors on the links, N·m, at the state last evaluated.
     pub fn link_force(&self) -> &[S] {
         &self.link_force
     }

@@ -1,5 +1,7 @@
 //! The plant with its motors' motion imposed: what the links do, and which torque the motors must give.
 
+use core::ops::Mul;
+
 use sinew_effect::{Coefficients, DIRECTIONS, Derivative, Kind};
 use sinew_model::{Inertia, Scalar};
 use sinew_rigid::{
@@ -75,9 +77,12 @@ impl<S: Kind> Dynamics<'_, S> {
     /// ```text
     /// M(q) q̈ + C q̇ + g = τ_j + f_link + τ_l,   q̈ = θ̈ of links that move with their motor,   τ_l ≠ 0 of given links only
     /// ```
+    ///
+    /// Rotors that are coupled with their links are among f_link: their motors' accelerations are known.
     pub fn imposed_motion(&mut self, x: &LinkState<S>, motor: MotorMotion<S>, out: &mut ImposedOut<S>) {
         self.springs(x, |i| !motor.is_rigid(i));
         self.link_forces(x);
+        self.rotors_on_links(x, motor.acceleration);
         let nv = self.plant.model.nv;
         for i in 0..nv {
             self.armature[i] = S::ZERO;
@@ -105,10 +110,12 @@ impl<S: Kind> Dynamics<'_, S> {
     }
 
     /// Torques of gears and motors of a plant of which no joint is imposed: they follow from positions and velocities on
-    /// both sides of the gears, without the links' accelerations, which stay as they are in `out`.
+    /// both sides of the gears. The links' accelerations stay as they are in `out`; only where rotors are coupled with their
+    /// links are they looked at.
     pub fn gear_torque(&mut self, x: &LinkState<S>, acceleration: &[S], out: &mut ImposedOut<S>) {
         self.springs(x, |_| true);
         self.link_forces(x);
+        self.rotors_on_links(x, acceleration);
         out.tau_j.copy_from_slice(&self.tau_j);
         self.motor_torque(x, acceleration, out);
     }
@@ -116,18 +123,39 @@ impl<S: Kind> Dynamics<'_, S> {
     /// As [`Dynamics::imposed_motion`], and the torque that must act on the motors.
     ///
     /// ```text
-    /// τ_m = B θ̈ + τ_j ∂δ/∂θ − f_motor
+    /// τ_m = B θ̈ + κB u·ω̇ + τ_j ∂δ/∂θ − f_motor
     /// ```
+    ///
+    /// with the second term only where rotors are coupled with links that turn with ω̇.
     pub fn imposed_torque(&mut self, x: &LinkState<S>, motor: MotorMotion<S>, out: &mut ImposedOut<S>) {
         self.imposed_motion(x, motor, out);
         self.motor_torque(x, motor.acceleration, out);
     }
 
-    fn motor_torque(&mut self, x: &LinkState<S>, acceleration: &[S], out: &mut ImposedOut<S>) {
+    // `A`: the kind of number of the motors' accelerations.
+    fn motor_torque<A: Copy>(&mut self, x: &LinkState<S>, acceleration: &[A], out: &mut ImposedOut<S>)
+    where
+        S: Mul<A, Output = S>,
+    {
         self.motor_forces(x);
+        if let Some(rotors) = &mut self.rotors {
+            rotors.accelerate(&x.qd, &out.qdd);
+            rotors.load_motors(&mut self.motor_force);
+        }
         for i in 0..self.plant.model.nv {
             out.tau_m[i] =
                 self.coefficients.rotor[i] * acceleration[i] + self.reaction(i) - self.motor_force[i];
+        }
+    }
+
+    // What coupled rotors ask of the links, taken from the forces on these; they know the links' velocities then.
+    fn rotors_on_links<A: Copy>(&mut self, x: &LinkState<S>, acceleration: &[A])
+    where
+        S: Mul<A, Output = S>,
+    {
+        if let Some(rotors) = &mut self.rotors {
+            rotors.turn(&x.q, &x.qd);
+            rotors.load_links(&x.thetad, acceleration, &mut self.link_force);
         }
     }
 }
@@ -213,6 +241,7 @@ impl Dynamics<'_, Derivative> {
         let nv = self.plant.model.nv;
         self.springs(x, |i| !motor.is_rigid(i));
         self.link_forces(x);
+        self.rotors_on_links(x, motor.acceleration);
         for i in 0..nv {
             self.armature[i] = Derivative::ZERO;
             self.qdd[i] = Derivative::constant(at.out.qdd[i]);
@@ -258,7 +287,7 @@ impl Dynamics<'_, Derivative> {
     /// without derivatives.
     ///
     /// ```text
-    /// δτ_m = δB θ̈ + δ(τ_j ∂δ/∂θ) − δf_motor
+    /// δτ_m = δB θ̈ + δ(κB u·ω̇) + δ(τ_j ∂δ/∂θ) − δf_motor
     /// ```
     pub fn motor_derivatives(
         &mut self,
@@ -267,11 +296,9 @@ impl Dynamics<'_, Derivative> {
         at: &ImposedAt,
         out: &mut ImposedOut<Derivative>,
     ) {
-        self.motor_forces(x);
-        for i in 0..self.plant.model.nv {
-            let tau_m =
-                self.coefficients.rotor[i] * motor.acceleration[i] + self.reaction(i) - self.motor_force[i];
-            out.tau_m[i] = Derivative { value: at.out.tau_m[i], ..tau_m };
+        self.motor_torque(x, motor.acceleration, out);
+        for (torque, value) in out.tau_m.iter_mut().zip(&at.out.tau_m) {
+            torque.value = *value;
         }
     }
 

@@ -12,6 +12,7 @@ mod forward;
 mod imposed;
 mod lever_change;
 mod plant;
+mod rotors;
 mod sag;
 
 pub use active::Active;

@@ -8,6 +8,7 @@ use sinew_model::{
 };
 
 use crate::active::{hinge_of, refused};
+use crate::rotors::{Mount, mounts};
 use crate::{Active, PlantError};
 
 /// A parameter of a plant: which effect, and which of its parameters.
@@ -31,6 +32,7 @@ pub struct Plant {
     pub(crate) couplings: Vec<Coupling>,
     pub(crate) elastic: Vec<bool>,
     pub(crate) coupled: Vec<bool>,
+    pub(crate) mounts: Vec<Mount>,
     pub(crate) ranges: Vec<Range<usize>>,
     pub(crate) states: Vec<Range<usize>>,
     tool: LinkId,
@@ -82,6 +84,7 @@ impl Plant {
         }
         let ranges = stack(effects.iter().map(|e| e.values.len()));
         let states = stack(effects.iter().map(|e| e.effect.states()));
+        let mounts = mounts(robot, &model, &effects)?;
         let tool = robot.tool;
         Ok(Self {
             model,
@@ -93,6 +96,7 @@ impl Plant {
             couplings,
             elastic,
             coupled,
+            mounts,
             ranges,
             states,
             tool,
@@ -145,6 +149,11 @@ impl Plant {
     /// For each degree of freedom, whether its joint is elastic.
     pub fn elastic(&self) -> &[bool] {
         &self.elastic
+    }
+    /// True if some effect couples a rotor with the link that carries it: what a motor gives then depends on the links'
+    /// accelerations.
+    pub fn couples_rotors(&self) -> bool {
+        !self.mounts.is_empty()
     }
     /// Transmissions that couple joints.
     pub fn couplings(&self) -> &[Coupling] {

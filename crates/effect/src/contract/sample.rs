@@ -208,7 +208,7 @@ fn numbers<S: Scalar>(c: &Coefficients<S>) -> Vec<S> {
         let (h, s) = (i.first_moment, i.second_moment);
         [i.mass, h.x, h.y, h.z, s.xx, s.yy, s.zz, s.xy, s.xz, s.yz]
     });
-    let vectors = [&c.rotor, &c.compliance, &c.damping, &c.coulomb, &c.smoothing_velocity, &c.crosstalk];
+    let vectors = [&c.rotor, &c.compliance, &c.damping, &c.coulomb, &c.smoothing_velocity, &c.crosstalk, &c.rotor_link];
     bodies.chain(c.gravity.to_array()).chain(vectors.into_iter().flatten().copied()).collect()
 }
 
@@ -223,6 +223,7 @@ fn constants<S: Scalar>(c: &Coefficients<f64>, f: impl Fn(f64) -> S + Copy) -> C
         coulomb: vector(&c.coulomb),
         smoothing_velocity: vector(&c.smoothing_velocity),
         crosstalk: vector(&c.crosstalk),
+        rotor_link: vector(&c.rotor_link),
     }
 }
 

@@ -138,6 +138,9 @@ impl Dual<'_> {
             to.value = *from;
         }
         if freedom.is_free() {
+            for (to, from) in self.out.qdd.iter_mut().zip(&walk.out.qdd) {
+                *to = Derivative::constant(*from);
+            }
             return self.dynamics.gear_torque(&self.x, &self.acceleration, &mut self.out);
         }
         let motor = freedom.motion(&self.acceleration, &[]);

@@ -103,10 +103,12 @@ impl<'a> Pass<'a> {
             self.dynamics.steady_gears(at, &mut self.out);
         } else {
             self.dynamics.imposed_derivatives(&self.x, motor, at, &self.moving, &mut self.out);
-            lead(walk.record, walk.freedom, &self.encoder, &self.x, (k, share), &mut self.out.qdd);
         }
         if share == 0.0 {
             self.dynamics.motor_derivatives(&self.x, motor, at, &mut self.out);
+        }
+        if !self.quiet {
+            lead(walk.record, walk.freedom, &self.encoder, &self.x, (k, share), &mut self.out.qdd);
         }
         let nv = walk.acceleration.len();
         let rows = &mut self.rows[instant];

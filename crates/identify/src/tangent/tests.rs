@@ -20,6 +20,7 @@ fn arm() -> Robot {
         stiffness: Some(k),
         damping: 0.002 * k,
         rotor_inertia: b,
+        gear_ratio: Some(20.0),
         ..JointSettings::default()
     };
     Robot { joints: vec![spring(8000.0, 1.0), spring(2000.0, 0.3)], ..Robot::rigid(model) }
@@ -64,6 +65,8 @@ fn effects(robot: &Robot, strength: f64) -> Vec<EffectSpec> {
         add("position_sensor_offset", &[("offset", 1e-3 * s)]);
         add("time_skew", &[("time", 1e-3 * s)]);
     }
+    let carried = Place::Joint(robot.model.dof_name(1).to_owned());
+    specs.push(EffectSpec::new("rotor_link_coupling", carried).with("scale", 0.9 * strength));
     specs.push(EffectSpec::new("payload", Place::Robot).with("mass", 1.0 * strength));
     specs.push(
         EffectSpec::new("base_tilt", Place::Robot).with("about_x", 0.0).with("about_y", 0.02 * strength),

@@ -9,6 +9,7 @@ mod lesson;
 mod planar_arm;
 mod refusals;
 mod robots;
+mod rotors;
 mod stiffness;
 mod swings;
 mod temperature;
