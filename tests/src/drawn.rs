@@ -5,6 +5,7 @@ use core::f64::consts::TAU;
 use sinew_model::{Inertia, JointShape, JointSpec, ModelBuilder, Pose, Robot, Vector3};
 use sinew_simulate::Stream;
 
+use crate::hidden::effects_by_chance;
 use crate::robots::{friction, spring};
 use crate::suite::STEP_17_BIT;
 use crate::{Arm, Case, Conditions, Data, Sensors, hidden_effects, null_case};
@@ -167,7 +168,8 @@ pub fn drawn_case(seed: u64, size: f64, only: Option<&str>, sensors: Option<Sens
     let conditions = Conditions { sensors: sensors.unwrap_or(drawn.sensors), ..drawn };
     let draws = &mut Draws::new(seed, "hidden");
     let dof = (draws.uniform(0.0, arm.robot.model.nv as f64) as usize).min(arm.robot.model.nv - 1);
-    let mut hidden = hidden_effects(&arm, dof, size);
+    let all = if only.is_some() { hidden_effects } else { effects_by_chance };
+    let mut hidden = all(&arm, dof, size);
     hidden.retain(|h| h.is_seen_by(conditions.sensors));
     hidden.retain(|h| only.is_none_or(|o| h.effect == o));
     let chosen = draws.uniform(0.0, hidden.len() as f64) as usize;

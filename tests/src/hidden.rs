@@ -48,8 +48,18 @@ pub fn hidden_effects(arm: &Arm, dof: usize, size: f64) -> Vec<Hidden> {
     list.extend(coupled(arm, dof, &joint, size));
     list.extend(added_to_robot(arm, dof, size));
     list.extend(changed(arm, dof, &joint));
+    list.extend(carried(arm, dof, &joint));
     list
 }
+
+/// The effects from which cases by chance are drawn: a seed keeps its case when the catalogue grows.
+pub(crate) fn effects_by_chance(arm: &Arm, dof: usize, size: f64) -> Vec<Hidden> {
+    let mut list = hidden_effects(arm, dof, size);
+    list.retain(|h| h.effect != ROTOR_LINK_COUPLING);
+    list
+}
+
+const ROTOR_LINK_COUPLING: &str = "rotor_link_coupling";
 
 /// True for effects that no motion separates, and for an effect and itself.
 pub fn are_twins(a: &str, b: &str) -> bool {
@@ -153,6 +163,14 @@ fn coupled(arm: &Arm, dof: usize, joint: &str, size: f64) -> Option<Hidden> {
     let spec = EffectSpec::new(effect, Place::Joint(joint.to_owned()))
         .with("coupling", 0.1 * size)
         .said("from", arm.robot.model.dof_name(neighbour));
+    Some(Hidden { effect, place: joint.to_owned(), dof, how: How::Added(spec) })
+}
+
+// All of the spin of a rotor that a moving link carries, whatever the size asked for: there is no more of it.
+fn carried(arm: &Arm, dof: usize, joint: &str) -> Option<Hidden> {
+    arm.robot.rotor_mount(dof).ok()??;
+    let effect = ROTOR_LINK_COUPLING;
+    let spec = EffectSpec::new(effect, Place::Joint(joint.to_owned())).with("scale", 1.0);
     Some(Hidden { effect, place: joint.to_owned(), dof, how: How::Added(spec) })
 }
 

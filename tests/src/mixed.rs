@@ -2,8 +2,8 @@
 //! a model knows nothing of its drives, causes from outside the catalogue.
 
 use crate::drawn::Draws;
-use crate::hidden::{Hidden, are_twins};
-use crate::{Arm, Case, Conditions, foreign_causes, hidden_effects, null_case, one_joint, two_joints};
+use crate::hidden::{Hidden, are_twins, effects_by_chance};
+use crate::{Arm, Case, Conditions, foreign_causes, null_case, one_joint, two_joints};
 
 // Shares of the cases that hide nothing, one effect, a cause from outside, all friction; the others hide two effects.
 const NOTHING: f64 = 0.1;
@@ -30,7 +30,7 @@ pub fn mixed_case(seed: u64) -> (Arm, Case, &'static str) {
     let joints: Vec<usize> = (0..arm.robot.model.nv).collect();
     let mut effect = || {
         let dof = draws.one_of(&joints);
-        let mut all = hidden_effects(&arm, dof, size);
+        let mut all = effects_by_chance(&arm, dof, size);
         all.retain(|h| h.is_seen_by(conditions.sensors));
         all.swap_remove(draws.below(all.len()))
     };
@@ -62,5 +62,5 @@ pub fn mixed_case(seed: u64) -> (Arm, Case, &'static str) {
 
 fn friction(arm: &Arm, dof: usize) -> impl Iterator<Item = Hidden> {
     let plain = |h: &Hidden| matches!(h.effect, "viscous_friction" | "coulomb_friction");
-    hidden_effects(arm, dof, 1.0).into_iter().filter(plain)
+    effects_by_chance(arm, dof, 1.0).into_iter().filter(plain)
 }

@@ -9,7 +9,6 @@ use sinew_data::{Note, Quantity, Run, RunSpec, Severity, check_run, find_repeats
 use sinew_effects::CATALOGUE;
 use sinew_identify::{Options, range_checks, torque_checks};
 use sinew_model::Robot;
-use sinew_report::number;
 
 use crate::console::Console;
 use crate::error::CliError;
@@ -176,17 +175,11 @@ fn missing(robot: &Robot, run: &Run) -> Vec<Note> {
 
 // A part that repeats a fitted command is not unseen.
 fn repeats(runs: &[Run]) -> Vec<Note> {
-    let note = |r: &sinew_data::Repeat| {
-        let place = runs[r.first].name.clone();
-        let (from, to, length) = (number(r.first_from), number(r.second_from), number(r.duration));
-        let statement = if r.first == r.second {
-            format!("the motion of {length} s from {from} s occurs again from {to} s")
-        } else {
-            let other = &runs[r.second].name;
-            format!("the motion of {length} s from {from} s occurs again in {other} from {to} s")
-        };
-        let help = "do not fit one and check on the other: that is no unseen motion".to_owned();
-        Note { severity: Severity::Warning, place, statement, help }
+    let note = |r: &sinew_data::Repeat| Note {
+        severity: Severity::Warning,
+        place: runs[r.first].name.clone(),
+        statement: r.statement(runs),
+        help: "do not fit one and check on the other: that is no unseen motion".to_owned(),
     };
     find_repeats(runs).iter().map(note).collect()
 }

@@ -9,7 +9,7 @@ mod sides;
 mod steps;
 mod time;
 mod velocity;
-mod wording;
+pub(crate) mod wording;
 
 pub(crate) use velocity::pairs;
 

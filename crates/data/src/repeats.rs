@@ -1,5 +1,6 @@
 //! Motion that occurs twice: inside a run or in two runs.
 
+use crate::checks::wording::number;
 use crate::quantity::Quantity;
 use crate::resample::{Uniform, resample};
 use crate::run::Run;
@@ -44,6 +45,17 @@ impl Repeat {
     /// of its run. Inside one run: the time after which the motion repeats.
     pub fn lag(&self) -> f64 {
         self.second_from - self.first_from
+    }
+
+    /// The sentence that says so, without the first run's name: "the motion of 4 s from 0 s occurs again from 6.5 s".
+    ///
+    /// # Panics
+    /// If `runs` is shorter than what [`find_repeats`] was given.
+    pub fn statement(&self, runs: &[Run]) -> String {
+        let [from, to, length] = [self.first_from, self.second_from, self.duration].map(number);
+        let other =
+            if self.first == self.second { String::new() } else { format!(" in {}", runs[self.second].name) };
+        format!("the motion of {length} s from {from} s occurs again{other} from {to} s")
     }
 
     /// Second minus first occurrence of a signal, at the samples of the first: divided by √2 its root mean square

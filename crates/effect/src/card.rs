@@ -309,7 +309,7 @@ pub enum Requirement {
     Joints(usize),
     /// The joint must turn, not slide.
     Turning,
-    /// A moving link must carry the rotor, and the robot must say where, how fast it turns and its inertia.
+    /// A moving link must carry the rotor, and the robot must say how fast it turns and about which axis.
     CarriedRotor,
     /// The joint's temperature must be logged and change.
     Temperature {

@@ -36,9 +36,12 @@ static CARD: Card = Card {
               link in its own",
     family: Family::Inertial,
     energy: Energy::Exchanges,
-    parameters: &[Parameter::positive("scale", "s", "1", Prior::Absolute(0.3))],
+    parameters: &[Parameter {
+        range: (0.0, 2.0),
+        ..Parameter::positive("scale", "s", "–", Prior::Absolute(0.3))
+    }],
     screening: Screening::Linear,
-    requires: &[Requirement::MotorTorque, Requirement::Joints(2), Requirement::CarriedRotor],
+    requires: &[Requirement::Parent("rotor_inertia"), Requirement::MotorTorque, Requirement::CarriedRotor],
     rivals: &[
         rival("joint_cross_coupling", "move the carried joint with the others held, fast and slowly"),
         rival("link_inertia", "move the carried joint with the others held, in several postures"),

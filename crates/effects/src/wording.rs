@@ -50,9 +50,7 @@ pub(crate) fn requirement(requirement: &Requirement) -> String {
         Requirement::Joints(n) => format!("at least {n} joints"),
         Requirement::Temperature { .. } => "a logged temperature of the joint that changes".to_owned(),
         Requirement::Turning => "a joint that turns".to_owned(),
-        Requirement::CarriedRotor => {
-            "a rotor on a moving link, its inertia, its gear ratio and its axis stated".to_owned()
-        }
+        Requirement::CarriedRotor => "a rotor on a moving link, its gear ratio and its axis known".to_owned(),
     }
 }
 

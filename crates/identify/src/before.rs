@@ -1,6 +1,6 @@
 //! What is checked before any physics: a failed check refuses the runs, a suspicion is the first finding.
 
-use sinew_data::{Note, Quantity, Run, Severity, check_run};
+use sinew_data::{Note, Quantity, Repeat, Run, Severity, check_run, find_repeats};
 use sinew_effect::{Catalogue, Requirement};
 use sinew_model::{EffectSpec, Place, Robot};
 
@@ -25,6 +25,7 @@ pub(crate) fn begun(
     let (robot, mut findings) = as_measured(robot, catalogue, runs);
     let prepared = Prepared::new(&robot, runs, options)?;
     findings.extend(checked(&robot, catalogue, runs, &prepared, options)?);
+    findings.extend(find_repeats(runs).iter().map(|repeat| repeated(repeat, runs)));
     Ok((robot, prepared, findings))
 }
 
@@ -86,6 +87,15 @@ fn checked(
     }
     notes.sort_by_key(|n| n.severity);
     Ok(notes.into_iter().map(finding).collect())
+}
+
+// What a motion that occurs twice is good for.
+fn repeated(repeat: &Repeat, runs: &[Run]) -> Finding {
+    let (name, statement) = (&runs[repeat.first].name, repeat.statement(runs));
+    let statement = format!(
+        "{name}: {statement}: no model explains what differs between the two, and it counts as noise"
+    );
+    Finding::of_data(String::new(), "", statement)
 }
 
 // The robot with the joints of which some run has no position held at zero, and the finding that says so.

@@ -9,7 +9,7 @@ use sinew_data::{Smoother, autocovariance};
 use sinew_plant::Plant;
 
 use crate::least_squares::{Ridge, cross, matrix};
-use crate::record::Record;
+use crate::record::{Record, is_within};
 use crate::residual::{Layout, ResidualForm};
 
 /// Noise of one channel.
@@ -23,7 +23,8 @@ pub(crate) struct ChannelNoise {
     pub ar: Vec<f64>,
     /// Standard deviation of the innovation of rows in units of `scale`.
     pub innovation: f64,
-    /// The reachable floor of the root mean square: the largest of resolution, instrument and saturated remainder.
+    /// The reachable floor of the root mean square: the largest of resolution, instrument, saturated remainder and what
+    /// differs between two times of one motion.
     pub floor: f64,
 }
 
@@ -101,7 +102,9 @@ impl Whitener {
                 let left = saturated(layout, c, residual, columns);
                 let instrument = instrument_floor(records, c);
                 let encoder = mean_covariance(layout, c, &shakes);
-                channel_noise(layout, c, &left, instrument, &encoder, &records[0])
+                let mut noise = channel_noise(layout, c, &left, instrument, &encoder, &records[0]);
+                noise.floor = noise.floor.max(repeat_scatter(layout, records, c, residual));
+                noise
             })
             .collect();
         Self { channels }
@@ -216,6 +219,33 @@ fn instrument_floor(records: &[Record], c: usize) -> f64 {
     (sum / records.len() as f64).sqrt()
 }
 
+// Scatter of a channel between two times of the same motion, whose model error is the same; zero where none occurs twice.
+//
+// σ = √(mean (r₂ − r₁)²/2)
+fn repeat_scatter(layout: &Layout, records: &[Record], c: usize, residual: &[f64]) -> f64 {
+    let segment = |record: usize| layout.of_channel(c).find(|s| s.record == record);
+    let pairs = records.iter().enumerate().flat_map(|(r, record)| {
+        let twice =
+            record.repeats.iter().filter_map(move |again| Some((again, segment(r)?, segment(again.record)?)));
+        twice.flat_map(move |(again, one, other)| {
+            let rows = (0..one.len).filter(|&k| is_within(record.stamp(k), again.window));
+            rows.filter_map(|k| {
+                let later = records[again.record].row_at(record.stamp(k) + again.lag)?;
+                (later < other.len).then_some([one.first + k, other.first + later])
+            })
+        })
+    });
+    let counted = pairs.filter(|rows| rows.iter().all(|&k| layout.keep[k]));
+    let squares: Vec<f64> = counted.map(|[one, other]| (residual[other] - residual[one]).powi(2)).collect();
+    if squares.len() < FEWEST_PAIRS {
+        return 0.0;
+    }
+    (0.5 * squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+}
+
+// Pairs of rows from which a scatter is taken.
+const FEWEST_PAIRS: usize = 40;
+
 // Autocovariance, at row lags, of unit white noise at the sample rate through h and φ.
 fn white_covariance(record: &Record) -> Vec<f64> {
     let s = &record.scales;
@@ -276,7 +306,34 @@ pub(crate) fn robust_std(values: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use sinew_data::{Quantity, Run, Signal};
+    use sinew_model::{Robot, samples};
+
     use super::*;
+    use crate::Options;
+    use crate::comparison::Prepared;
+
+    // 1 in the first half, −1 in the second, and what both have besides.
+    #[test]
+    fn what_differs_between_two_times_of_a_motion_is_its_scatter() {
+        let robot = Robot::rigid(samples::planar_arm(1, 2.0, 0.5));
+        let time: Vec<f64> = (0..3200).map(|k| 5.0 + 2.5e-3 * f64::from(k)).collect();
+        let motion = |t: f64| (7.0 * t).sin() + t * (4.0 - t);
+        let q: Vec<f64> = time.iter().map(|t| motion((t - 5.0) % 4.0)).collect();
+        let signal = |quantity| Signal::new(quantity, "joint_1", q.clone());
+        let signals = vec![signal(Quantity::MotorPosition), signal(Quantity::MotorTorque)];
+        let run = Run::new("twice".to_owned(), time, signals).unwrap();
+        let prepared = Prepared::new(&robot, &[run], &Options::default()).unwrap();
+        let form = prepared.form(&robot);
+        let (layout, records) = (form.layout(), &prepared.records);
+        let stamp = |k: usize| records[0].stamp(k) - 9.0;
+        let rows: Vec<f64> =
+            (0..layout.len).map(|k| motion((stamp(k) + 4.0) % 4.0) - stamp(k).signum()).collect();
+        let scatter = repeat_scatter(layout, records, 0, &rows);
+        assert!((scatter - 2f64.sqrt()).abs() < 0.05, "{scatter}");
+        let alone = Record { repeats: Vec::new(), ..records[0].clone() };
+        assert_eq!(repeat_scatter(layout, &[alone], 0, &rows), 0.0);
+    }
 
     #[test]
     fn an_autoregression_of_first_order_is_found() {

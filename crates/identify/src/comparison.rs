@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use sinew_data::Run;
+use sinew_data::{Run, find_repeats};
 use sinew_effect::Catalogue;
 use sinew_model::Robot;
 
@@ -10,7 +10,7 @@ use crate::base::{nuisances, trusted};
 use crate::before::begun;
 use crate::colour::rows_of;
 use crate::problem::{Candidate, Problem};
-use crate::record::{Record, Sensors};
+use crate::record::{Again, Record, Sensors};
 use crate::report::Finding;
 use crate::residual::{Imposed, ResidualForm, TRANSIENT};
 use crate::scale::Scales;
@@ -204,8 +204,17 @@ impl Prepared {
         sensors: Sensors,
         scales: Scales,
     ) -> Result<Self, IdentifyError> {
-        let records =
+        let mut records: Vec<Record> =
             runs.iter().map(|run| Record::new(robot, run, &sensors, scales)).collect::<Result<_, _>>()?;
+        for repeat in find_repeats(runs) {
+            let [first, second] = [repeat.first, repeat.second].map(|r| runs[r].time[0]);
+            let from = first + repeat.first_from;
+            records[repeat.first].repeats.push(Again {
+                window: [from, from + repeat.duration],
+                record: repeat.second,
+                lag: second - first + repeat.lag(),
+            });
+        }
         Ok(Self { records, sensors, scales })
     }
 

@@ -65,6 +65,8 @@ pub(crate) struct Record {
     pub time: Vec<f64>,
     /// Windows, s, whose rows do not count.
     pub left_out: Vec<[f64; 2]>,
+    /// Motions of this run that occur again, here or in another.
+    pub repeats: Vec<Again>,
     /// Imposed position, velocity, acceleration.
     pub theta: Vec<Vec<f64>>,
     pub thetad: Vec<Vec<f64>>,
@@ -90,6 +92,17 @@ pub(crate) struct Record {
     pub reduction: Reduction,
     /// Where the links of its reference are, if a model gave it one.
     pub links: Option<Arc<Links>>,
+}
+
+/// A motion that occurs again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Again {
+    /// Stamps between which it occurs first.
+    pub window: [f64; 2],
+    /// Number of the record in which it occurs again.
+    pub record: usize,
+    /// By how much later it does, by the stamps.
+    pub lag: f64,
 }
 
 /// What the runs of a robot measure.
@@ -193,6 +206,7 @@ impl Record {
             scales,
             time: thin.thinned(&grid.times(), scales.wide),
             left_out: run.left_out.clone(),
+            repeats: Vec::new(),
             theta: Vec::new(),
             thetad: Vec::new(),
             thetadd: Vec::new(),
@@ -277,6 +291,14 @@ impl Record {
     /// The stamp of a row.
     pub fn stamp(&self, row: usize) -> f64 {
         self.time[self.centre(row).min(self.len() - 1)]
+    }
+
+    /// The row nearest to a stamp, if there is one within half a row.
+    pub fn row_at(&self, stamp: f64) -> Option<usize> {
+        let apart = self.scales.step() * self.scales.every as f64;
+        let row = ((stamp - self.stamp(0)) / apart).round();
+        let is_near = row >= 0.0 && (self.stamp(row as usize) - stamp).abs() <= 0.51 * apart;
+        is_near.then_some(row as usize)
     }
 
     /// True if what happens at a stamp does not count.

@@ -237,8 +237,7 @@ impl Offer<'_> {
     // A moving link carries the rotor of a joint, and the robot says how.
     fn carries_rotor(&self, dof: usize) -> bool {
         let robot = &self.problem.robot;
-        let joint = &robot.joints[dof];
-        let told = joint.gear_ratio.is_some() && joint.rotor_inertia > 0.0 && robot.bending.is_empty();
+        let told = robot.joints[dof].gear_ratio.is_some() && robot.bending.is_empty();
         told && matches!(robot.rotor_mount(dof), Ok(Some(_)))
     }
 

@@ -55,7 +55,8 @@ impl Robot {
             (Some(axis), Some(link)) => link.body_from_link.rotation * Vector3::from(axis),
             (Some(axis), None) => {
                 let mut frames = model.links.iter().filter(|link| link.body == Some(body));
-                let first = frames.next().map_or(joint.placement.rotation, |link| link.body_from_link.rotation);
+                let first =
+                    frames.next().map_or(joint.placement.rotation, |link| link.body_from_link.rotation);
                 let differs = |link: &Link| link.body_from_link.rotation != first;
                 if frames.any(differs) {
                     let reason =

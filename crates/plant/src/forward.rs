@@ -97,13 +97,7 @@ impl<S: Kind> Dynamics<'_, S> {
     }
 
     // One round of q̈ and θ̈, from the load of rigid joints and the accelerations of the round before.
-    fn accelerate(
-        &mut self,
-        x: &State<S>,
-        bent: Option<&Condensation<S>>,
-        tau_m: &[S],
-        thetadd: &mut [S],
-    ) {
+    fn accelerate(&mut self, x: &State<S>, bent: Option<&Condensation<S>>, tau_m: &[S], thetadd: &mut [S]) {
         let (plant, nv) = (self.plant, self.plant.model.nv);
         let torque = |i: usize| if plant.driven[i] { tau_m[i] } else { S::ZERO };
         self.motor_forces(bent.map_or(x, |c| &c.settled));

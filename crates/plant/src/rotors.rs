@@ -83,8 +83,7 @@ impl<'a, S: Kind> Rotors<'a, S> {
         let coupling: Vec<S> =
             mounts.iter().map(|m| c.rotor_link[m.dof] * c.rotor[m.dof] * m.ratio).collect();
         let zero = Vector3::ZERO;
-        let still =
-            Turn { rotation: Matrix3::identity(), velocity: zero, acceleration: zero, moment: zero };
+        let still = Turn { rotation: Matrix3::identity(), velocity: zero, acceleration: zero, moment: zero };
         let coupled = coupling.iter().any(|coupling| *coupling != S::ZERO);
         coupled.then(|| Self { model, mounts, coupling, turns: vec![still; model.joints.len()] })
     }

@@ -208,7 +208,8 @@ fn numbers<S: Scalar>(c: &Coefficients<S>) -> Vec<S> {
         let (h, s) = (i.first_moment, i.second_moment);
         [i.mass, h.x, h.y, h.z, s.xx, s.yy, s.zz, s.xy, s.xz, s.yz]
     });
-    let vectors = [&c.rotor, &c.compliance, &c.damping, &c.coulomb, &c.smoothing_velocity, &c.crosstalk, &c.rotor_link];
+    let vectors =
+        [&c.rotor, &c.compliance, &c.damping, &c.coulomb, &c.smoothing_velocity, &c.crosstalk, &c.rotor_link];
     bodies.chain(c.gravity.to_array()).chain(vectors.into_iter().flatten().copied()).collect()
 }
 

@@ -115,6 +115,18 @@ fn a_load_dependent_friction_in_a_rigid_joint_goes_through_the_whole_dynamics() 
 }
 
 #[test]
+fn a_rotor_that_feels_its_link_goes_through_the_whole_dynamics() {
+    let mut robot = busy();
+    robot.joints[1].gear_ratio = Some(5.0);
+    let place = Place::Joint("elbow".into());
+    robot.effects.push(EffectSpec::new("rotor_link_coupling", place).with("scale", 1.0));
+    check(&robot, &[]);
+    robot.effects.retain(|e| e.kind != "transmission_error");
+    robot.joints[1].stiffness = None;
+    check(&robot, &[1]);
+}
+
+#[test]
 fn friction_is_smooth_in_motion_and_described_at_a_reversal() {
     let mut robot = planar_2r();
     let place = Place::Joint("shoulder".into());

@@ -1,9 +1,9 @@
 //! Laws of rotors that feel how the links that carry them turn.
 
+use sinew_effect::{DIRECTIONS, Derivative};
 use sinew_effects::CATALOGUE;
 use sinew_flex_joint::{ElasticJoints, SpinInertia};
 use sinew_model::samples::{Random, planar_arm, random_tree};
-use sinew_effect::{DIRECTIONS, Derivative};
 use sinew_model::{Bending, EffectSpec, LinkId, Place, Robot, Scalar};
 use sinew_plant::{Dynamics, ImposedOut, MotorMotion, Plant, Rates, State};
 
