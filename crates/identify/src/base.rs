@@ -76,7 +76,7 @@ pub(crate) fn trusted(robot: &Robot, stated: Vec<EffectSpec>) -> Vec<EffectSpec>
     stated.into_iter().map(held).collect()
 }
 
-fn inertial(robot: &Robot, joint: usize) -> Vec<EffectSpec> {
+pub(crate) fn inertial(robot: &Robot, joint: usize) -> Vec<EffectSpec> {
     let model = &robot.model;
     // The link that stands in the joint's frame carries the body's deltas.
     let owner = model.links.iter().find(|l| l.body.is_some_and(|b| b.0 == joint));

@@ -8,6 +8,7 @@ use crate::comparison::Prepared;
 use crate::range_checks::range_checks;
 use crate::record::all_have;
 use crate::report::Finding;
+use crate::tolerance::with_tolerance;
 use crate::torque_checks::torque_notes;
 use crate::{IdentifyError, Options};
 
@@ -25,6 +26,8 @@ pub(crate) fn begun(
     let (robot, mut findings) = as_measured(robot, catalogue, runs);
     let prepared = Prepared::new(&robot, runs, options)?;
     findings.extend(checked(&robot, catalogue, runs, &prepared, options)?);
+    let (robot, finding) = with_tolerance(robot, catalogue, &prepared, options)?;
+    findings.splice(0..0, finding);
     findings.extend(find_repeats(runs).iter().map(|repeat| repeated(repeat, runs)));
     Ok((robot, prepared, findings))
 }

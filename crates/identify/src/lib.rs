@@ -45,6 +45,7 @@ mod starts;
 mod surrogate;
 mod swings;
 mod tangent;
+mod tolerance;
 mod torque_checks;
 mod trial;
 mod unknowns;
