@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use sinew_identify::{Options, Verdict};
 use sinew_tests::{
     Arm, Case, Conditions, Outcome, drawn_case, foreign_causes, hidden_effects, judge, null_case, one_joint,
+    two_joints,
 };
 
 // One effect of each family and kind of screen, in one joint.
@@ -140,4 +141,15 @@ fn a_law_that_is_only_like_the_cause_is_not_vouched_for() {
     let case = Case::foreign(&arm, dwell, 0, Conditions::FULL, 2);
     let (outcome, _) = judge(&arm, &case, &Options::default()).unwrap();
     assert!(outcome.first.as_ref().is_none_or(|(.., probability)| *probability < 0.8), "{outcome:?}");
+}
+
+// A rotor of 0.4 kg·m² behind a gear of 50 on the upper arm: 0.008 kg·m² across.
+#[test]
+fn a_rotor_that_rides_on_a_link_is_named() {
+    let arm = two_joints();
+    let all = hidden_effects(&arm, 1, 1.0);
+    let carried: Vec<_> = all.iter().filter(|h| h.effect == "rotor_link_coupling").collect();
+    assert_eq!(carried.len(), 1);
+    let wrong = wrong(&[(&arm, Case::new(&arm, &carried, Conditions::FULL, 401))]);
+    assert!(wrong.is_empty(), "{wrong:?}");
 }

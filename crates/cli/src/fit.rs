@@ -46,10 +46,24 @@ impl Fit {
 pub(crate) fn text(fit: &sinew_identify::Fit) -> String {
     let mut out = parameters(&fit.parameters);
     out.push('\n');
-    for warning in &fit.warnings {
-        out += &format!("{}\n", item(warning));
+    for told in besides(fit).iter().chain(&fit.warnings) {
+        out += &format!("{}\n", item(told));
     }
     out + &format!("\n{}\n", ladder(&fit.steps))
+}
+
+// Effects that the table above leaves out and the file holds.
+fn besides(fit: &sinew_identify::Fit) -> Option<String> {
+    const SHOWN: usize = 6;
+    let labels = fit.specs.iter().map(|spec| spec.place.label(&spec.kind));
+    let labels: Vec<String> = labels.filter(|label| !fit.effects.contains(label)).collect();
+    let more = match labels.len() {
+        0 => return None,
+        n if n <= SHOWN => String::new(),
+        n => format!(" and {} more", n - SHOWN),
+    };
+    let shown = labels.iter().take(SHOWN).map(String::as_str).collect::<Vec<_>>().join(", ");
+    Some(format!("in the file besides, as far as the runs move what is known to a tolerance: {shown}{more}"))
 }
 
 fn parameters(parameters: &[ParameterReport]) -> String {

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use sinew_data::Run;
-use sinew_effect::Catalogue;
+use sinew_effect::{Card, Catalogue};
 use sinew_model::{Robot, Setting};
 
 use crate::analysis::{Analysis, LeftOver, Worked, analysed, residual_told};
@@ -314,7 +314,10 @@ fn rivals(search: &Search, entry: &Entry, probability: f64, once: bool) -> Vec<R
         if name == episode::NAME {
             return episode::EXPERIMENT.to_owned();
         }
-        let known = card.rivals.iter().find(|r| r.name == name).map(|r| r.experiment);
+        // Either card may name the other.
+        let of = |card: &Card, name: &str| card.rivals.iter().find(|r| r.name == name).map(|r| r.experiment);
+        let other = search.problem.catalogue.find(name).map(|entry| entry.card);
+        let known = of(card, name).or_else(|| of(other?, card.name));
         known.unwrap_or("repeat the motion at two speeds and under two loads").to_owned()
     };
     let mut list: Vec<(String, String, f64)> = entry
