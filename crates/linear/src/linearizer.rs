@@ -414,24 +414,78 @@ impl<'a> Linearizer<'a> {
         for gain in gains {
             gain.add(layout, &mut w.on_link, &mut w.on_motor, &mut w.spring);
         }
+        let coupling = plain.rotor_link_coupling(&x.q);
+        let coupled = coupling.as_deref().map(|s| coupled_inverse(layout, &bodies, &c.rotor, s, &x.q));
         let Matrices { A, C, .. } = matrices;
         for k in 0..n {
             let of = |forces: &[f64], dof: usize| forces[dof + nv * k];
-            let link = |i: usize| (0..nv).map(|j| w.by_torque[i + nv * j] * of(&w.on_link, j)).sum::<f64>();
+            let mut acceleration = vec![0.0; np];
             for i in (0..nv).filter(|&i| layout.link[i] != FOLLOWS) {
-                A[(np + layout.link[i], k)] += link(i);
+                acceleration[layout.link[i]] =
+                    (0..nv).map(|j| w.by_torque[i + nv * j] * of(&w.on_link, j)).sum::<f64>();
                 if layout.is_elastic(i) {
-                    A[(np + layout.motor[i], k)] += of(&w.on_motor, i) / c.rotor[i];
+                    acceleration[layout.motor[i]] = of(&w.on_motor, i) / c.rotor[i];
                 }
+            }
+            if let Some(inverse) = &coupled {
+                let mut force = Mat::<f64>::zeros(np, 1);
+                for i in 0..nv {
+                    force[(layout.link[i], 0)] = of(&w.on_link, i);
+                    if layout.is_elastic(i) {
+                        force[(layout.motor[i], 0)] = of(&w.on_motor, i);
+                    }
+                }
+                let answer = inverse * force;
+                acceleration.iter_mut().enumerate().for_each(|(i, a)| *a = answer[(i, 0)]);
+            }
+            for (i, a) in acceleration.iter().enumerate() {
+                A[(np + i, k)] += a;
             }
             for (row, &dof) in layout.driven.iter().enumerate() {
                 C[(4 * m + row, k)] += if layout.is_elastic(dof) {
                     of(&w.spring, dof)
                 } else {
-                    of(&w.on_motor, dof) - c.rotor[dof] * link(dof)
+                    let turned = |s: &[f64]| {
+                        (0..nv).map(|j| s[dof + nv * j] * acceleration[layout.link[j]]).sum::<f64>()
+                    };
+                    let own = c.rotor[dof] * acceleration[layout.link[dof]];
+                    of(&w.on_motor, dof) - own - coupling.as_deref().map_or(0.0, turned)
                 };
             }
         }
+    }
+}
+
+// M⁻¹ over all positions of a robot whose rotors are coupled with their links; none of its links follows its load.
+fn coupled_inverse(
+    layout: &Layout,
+    bodies: &Bodies<f64>,
+    rotor: &[f64],
+    coupling: &[f64],
+    q: &[f64],
+) -> Mat<f64> {
+    let (nv, np) = (layout.nv, layout.positions());
+    let mut links = vec![0.0; nv * nv];
+    mass_matrix_with(bodies, &mut Scratch::new(bodies.model), q, &mut links);
+    let mut mass = Mat::zeros(np, np);
+    for i in 0..nv {
+        for j in 0..nv {
+            mass[(layout.link[i], layout.link[j])] = links[i + nv * j];
+        }
+        if layout.is_elastic(i) {
+            mass[(layout.motor[i], layout.motor[i])] = rotor[i];
+        }
+    }
+    add_coupling(layout, Some(coupling), &mut mass);
+    mass.partial_piv_lu().inverse()
+}
+
+/// Adds to M over all positions what rotors have in common with the links that carry them.
+pub(crate) fn add_coupling(layout: &Layout, coupling: Option<&[f64]>, mass: &mut Mat<f64>) {
+    for (k, s) in coupling.into_iter().flatten().enumerate().filter(|(_, s)| **s != 0.0) {
+        let (motor, link) = (layout.motor[k % layout.nv], layout.link[k / layout.nv]);
+        mass[(motor, link)] += s;
+        mass[(link, motor)] += s;
     }
 }
 

@@ -10,6 +10,7 @@ use sinew_rigid::{
 
 use crate::describing::Port;
 use crate::layout::Coordinate;
+use crate::linearizer::add_coupling;
 use crate::seeds::{constants, lift};
 use crate::state_space::Mechanical;
 
@@ -34,10 +35,12 @@ pub(crate) struct Energies<'m, 'a> {
     p: &'m [f64],
     inertia: Vec<Inertia<f64>>,
     rotor: Vec<f64>,
+    // What rotors and the links that carry them have in common, nv × nv by columns.
+    coupling: Option<Vec<f64>>,
     scratch: Scratch<f64>,
     /// ∂g/∂q, nv × nv by columns.
     gravity: Vec<f64>,
-    /// M over all positions: links with the rotors of rigid joints, and rotors of elastic ones.
+    /// M over all positions: links with the rotors of rigid joints, rotors of elastic ones, and what couples them.
     pub mass: Mat<f64>,
 }
 
@@ -45,7 +48,8 @@ impl<'m, 'a> Energies<'m, 'a> {
     pub fn new(plant: &'a Plant, p: &'m [f64], mechanical: &'m Mechanical<'a>) -> Self {
         let layout = &mechanical.linearizer.layout;
         let nv = layout.nv;
-        let dynamics = Dynamics::new(plant, p);
+        let mut dynamics = Dynamics::new(plant, p);
+        let coupling = dynamics.rotor_link_coupling(&mechanical.stands.q);
         let c = dynamics.coefficients();
         let armature: Vec<f64> =
             (0..nv).map(|i| if layout.is_elastic(i) { 0.0 } else { c.rotor[i] }).collect();
@@ -69,15 +73,16 @@ impl<'m, 'a> Energies<'m, 'a> {
             // They carry no inertia, and the others are where they are with straight links.
             mass_matrix_with(&bodies, &mut scratch, &mechanical.x.q, &mut links);
         }
-        let mass = Mat::from_fn(layout.positions(), layout.positions(), |i, j| {
+        let mut mass = Mat::from_fn(layout.positions(), layout.positions(), |i, j| {
             match (layout.coordinates[i], layout.coordinates[j]) {
                 (Coordinate::Motor(i), Coordinate::Motor(j)) if i == j => c.rotor[i],
                 (Coordinate::Motor(_), _) | (_, Coordinate::Motor(_)) => 0.0,
                 (i, j) => links[i.dof() + nv * j.dof()],
             }
         });
+        add_coupling(layout, coupling.as_deref(), &mut mass);
         let (inertia, rotor) = (c.inertia.clone(), c.rotor.clone());
-        Self { mechanical, plant, p, inertia, rotor, scratch, gravity, mass }
+        Self { mechanical, plant, p, inertia, rotor, coupling, scratch, gravity, mass }
     }
 
     /// Potential energy by part: springs, gravity, effects; none for a motion that meets no stiffness. Shapes are
@@ -208,10 +213,12 @@ impl<'m, 'a> Energies<'m, 'a> {
             add(&mut parts, part, energy);
         }
         for &dof in &layout.driven {
-            // ½ B θ̇²
+            // ½ B θ̇² + κB θ̇ u·ω
             let rate = shape[layout.motor[dof]];
+            let of_link = |s: &Vec<f64>| (0..qd.len()).map(|j| s[dof + qd.len() * j] * qd[j]).sum::<f64>();
+            let turned = self.coupling.as_ref().map_or(0.0, of_link);
             let part = format!("{} motor", model.dof_name(dof));
-            parts.push(Share { part, share: 0.5 * self.rotor[dof] * rate * rate });
+            parts.push(Share { part, share: (0.5 * self.rotor[dof] * rate + turned) * rate });
         }
         shared(parts, 0.0)
     }

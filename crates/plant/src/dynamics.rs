@@ -177,6 +177,11 @@ impl<'a, S: Kind> Dynamics<'a, S> {
     pub fn coefficients(&self) -> &Coefficients<S> {
         &self.coefficients
     }
+    /// S, nv × nv by columns, of rotors coupled with their links: what a link's velocity (column) adds to the momentum of a
+    /// motor (row), with links at `q`. None where no rotor is coupled.
+    pub fn rotor_link_coupling(&mut self, q: &[S]) -> Option<Vec<S>> {
+        self.rotors.as_mut().map(|rotors| rotors.coupling(q))
+    }
     /// Position error and free play of every gear, at the state last evaluated.
     pub fn gears(&self) -> &[Deflection<S>] {
         &self.gears

@@ -157,6 +157,25 @@ impl<'a, S: Kind> Rotors<'a, S> {
         }
     }
 
+    /// ∂²T/∂θ̇∂q̇ with links at `q`, nv × nv by columns.
+    ///
+    /// ```text
+    /// S = κB uᵀ J_ω
+    /// ```
+    pub(crate) fn coupling(&mut self, q: &[S]) -> Vec<S> {
+        let nv = self.model.nv;
+        let mut out = vec![S::ZERO; nv * nv];
+        for j in 0..nv {
+            let mut qd = vec![S::ZERO; nv];
+            qd[j] = S::ONE;
+            self.turn(q, &qd);
+            for (mount, &coupling) in self.mounts.iter().zip(&self.coupling) {
+                out[mount.dof + nv * j] = self.turns[mount.body].velocity.along(mount.axis) * coupling;
+            }
+        }
+        out
+    }
+
     /// Σ κB θ̇ u·ω, J.
     pub(crate) fn energy(&mut self, x: &LinkState<S>) -> S {
         self.turn(&x.q, &x.qd);

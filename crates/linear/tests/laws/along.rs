@@ -1,10 +1,10 @@
 //! Linear models along a motion, against differences of the equations of motion.
 
 use sinew_linear::{Linearizer, Moment, Nonlinear, Options, linearize_along};
-use sinew_model::{EffectSpec, Place, Robot};
+use sinew_model::{EffectSpec, Place, Robot, Vector3};
 use sinew_plant::{Dynamics, Plant, Rates, State};
 
-use crate::robots::{planar_2r, plant};
+use crate::robots::{modes_of, planar_2r, plant};
 
 // Friction that is smooth where it moves, a hardening spring, an uneven gear, a load-dependent friction.
 fn busy() -> Robot {
@@ -144,4 +144,59 @@ fn friction_is_smooth_in_motion_and_described_at_a_reversal() {
     let refuse = Options { nonlinear: Nonlinear::Refuse(Default::default()) };
     let refused = linearize_along(&plant, &p, &[resting], &refuse).unwrap_err();
     assert!(refused.to_string().contains("coulomb_friction@shoulder"), "{refused}");
+}
+
+fn coupled() -> Robot {
+    let mut robot = planar_2r();
+    robot.joints[1].gear_ratio = Some(5.0);
+    let place = Place::Joint("elbow".into());
+    robot.effects.push(EffectSpec::new("rotor_link_coupling", place).with("scale", 1.0));
+    robot
+}
+
+// A described friction acts through the same inertia as a viscous one.
+#[test]
+fn a_described_friction_moves_a_rotor_that_feels_its_link_as_a_viscous_one() {
+    let a = |friction: Option<(&str, &str)>| {
+        let mut robot = coupled();
+        if let Some((kind, key)) = friction {
+            robot.effects.push(EffectSpec::new(kind, Place::Joint("elbow".into())).with(key, 1.5));
+        }
+        let plant = plant(&robot);
+        let mut resting = moment(&plant, 0);
+        for rates in [&mut resting.x.qd, &mut resting.x.thetad] {
+            rates.fill(0.0);
+        }
+        let along = linearize_along(&plant, &plant.parameters(), &[resting], &Options::default()).unwrap();
+        along.models[0].A.clone()
+    };
+    let without = a(None);
+    let described = a(Some(("coulomb_friction", "coulomb"))) - &without;
+    let viscous = a(Some(("viscous_friction", "viscous"))) - &without;
+    let largest = viscous.norm_max();
+    let at = (0..viscous.nrows())
+        .flat_map(|i| (0..viscous.ncols()).map(move |j| (i, j)))
+        .find(|&at| viscous[at].abs() == largest)
+        .unwrap();
+    let share = described[at] / viscous[at];
+    assert!(share > 0.0, "{share}");
+    assert!((&described - faer::Scale(share) * &viscous).norm_max() < 1e-9 * described.norm_max());
+}
+
+// Without damping every pole is ±iω of a mode of M and K.
+#[test]
+fn modes_of_a_rotor_that_feels_its_link_are_those_of_its_poles() {
+    let mut robot = coupled();
+    for joint in &mut robot.joints {
+        joint.damping = 0.0;
+    }
+    for mode in modes_of(&robot, &[0.3, -0.7]) {
+        let pole = mode.poles.iter().map(|p| p.im.abs()).fold(0.0, f64::max);
+        assert!((pole - mode.omega).abs() < 1e-6 * (1.0 + pole), "{pole} of {mode:?}");
+    }
+    // About upright axes nothing holds the arm: two of its four modes are free.
+    robot.model.gravity = Vector3::ZERO;
+    let free = modes_of(&robot, &[0.3, -0.7]);
+    let stiffness: Vec<bool> = free.iter().map(|mode| mode.omega_squared == 0.0).collect();
+    assert_eq!(stiffness, [true, true, false, false]);
 }
