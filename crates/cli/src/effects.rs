@@ -74,7 +74,7 @@ fn object(entry: &Entry) -> Value {
     let rivals = card
         .rivals
         .iter()
-        .map(|r| json!({ "effect": r.name, "structural": r.structural, "experiment": r.experiment }));
+        .map(|r| json!({ "effect": r.name, "structural": r.structural, "experiment": r.experiment_with(|_| false) }));
     json!({
         "name": card.name, "title": card.title, "family": word(&card.family), "place": word(&entry.place),
         "law": card.law, "symptom": card.symptom, "energy": word(&card.energy),

@@ -1,5 +1,7 @@
 //! The card of an effect: everything that is said of it in one place. The catalogue's pages are printed from it.
 
+use crate::Sensor;
+
 /// The manual page of an effect.
 #[derive(Debug)]
 pub struct Card {
@@ -327,4 +329,30 @@ pub struct Rival {
     pub structural: bool,
     /// The experiment that separates them, in words.
     pub experiment: &'static str,
+    /// The sensors of which it needs one besides those of the motor; none where they are enough.
+    pub sensors: &'static [Sensor],
+}
+
+impl Rival {
+    /// The experiment, with the sensors that it needs where none of them is `seen` yet.
+    ///
+    /// ```
+    /// use sinew_effect::{Rival, Sensor};
+    /// let sensors = &[Sensor::JointPosition, Sensor::JointTorque];
+    /// let rival = Rival { name: "backlash", structural: false, experiment: "slow reversals", sensors };
+    /// assert_eq!(rival.experiment_with(|_| false), "a link-side encoder or torque sensor, and slow reversals");
+    /// assert_eq!(rival.experiment_with(|s| s == Sensor::JointTorque), "slow reversals");
+    /// ```
+    pub fn experiment_with(&self, seen: impl Fn(Sensor) -> bool) -> String {
+        if self.sensors.is_empty() || self.sensors.iter().any(|&sensor| seen(sensor)) {
+            return self.experiment.to_owned();
+        }
+        let named = |sensor: &Sensor| match sensor {
+            Sensor::MotorTorque => "sensor of the motor's torque",
+            Sensor::JointPosition => "link-side encoder",
+            Sensor::JointTorque => "torque sensor",
+        };
+        let sensors: Vec<&str> = self.sensors.iter().map(named).collect();
+        format!("a {}, and {}", sensors.join(" or "), self.experiment)
+    }
 }

@@ -5,7 +5,7 @@ use sinew_effect::{
 };
 use sinew_model::Scalar;
 
-use crate::entry::{at_joint, dof, rival, twin};
+use crate::entry::{at_joint, by_link_sensor, dof, rival, twin};
 
 /// Drag of constant size against the motion of the motor.
 ///
@@ -34,10 +34,7 @@ static CARD: Card = Card {
     requires: &[Requirement::MotorTorque],
     rivals: &[
         rival("viscous_friction", "two speeds in a ratio of five or more, both ways"),
-        twin(
-            "link_coulomb_friction",
-            "a link-side encoder or torque sensor, and slow load reversals of an elastic joint",
-        ),
+        by_link_sensor(twin("link_coulomb_friction", "slow load reversals of an elastic joint")),
         rival("load_dependent_friction", "the same strokes with the arm raised and lowered"),
         rival("presliding_friction", "strokes of 0.02 rad at 0.05 rad/s at three places"),
     ],

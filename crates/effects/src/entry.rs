@@ -22,12 +22,22 @@ pub(crate) const fn at_robot(card: &'static Card, build: Build) -> Entry {
 
 /// Another cause that looks alike under common motion.
 pub(crate) const fn rival(name: &'static str, experiment: &'static str) -> Rival {
-    Rival { name, structural: false, experiment }
+    Rival { name, structural: false, experiment, sensors: &[] }
 }
 
 /// Another cause that no motion separates.
 pub(crate) const fn twin(name: &'static str, experiment: &'static str) -> Rival {
-    Rival { name, structural: true, experiment }
+    Rival { name, structural: true, experiment, sensors: &[] }
+}
+
+/// A rival whose experiment needs a sensor of the link's position.
+pub(crate) const fn by_link_encoder(rival: Rival) -> Rival {
+    Rival { sensors: &[Sensor::JointPosition], ..rival }
+}
+
+/// A rival whose experiment needs a sensor of the link's position or of the torque behind the gear.
+pub(crate) const fn by_link_sensor(rival: Rival) -> Rival {
+    Rival { sensors: &[Sensor::JointPosition, Sensor::JointTorque], ..rival }
 }
 
 /// The degree of freedom that was asked for.

@@ -5,7 +5,7 @@ use sinew_effect::{
 };
 use sinew_model::Scalar;
 
-use crate::entry::{at_joint, dof, rival, twin};
+use crate::entry::{at_joint, by_link_sensor, dof, rival, twin};
 
 /// Drag of constant size against the motion of the link.
 ///
@@ -33,7 +33,7 @@ static CARD: Card = Card {
     screening: Screening::Linear,
     requires: &[Requirement::LinkBalance],
     rivals: &[
-        twin("coulomb_friction", "a link-side encoder or torque sensor, and slow reversals"),
+        by_link_sensor(twin("coulomb_friction", "slow reversals")),
         rival("transmission_hysteresis", "slow load cycles of two amplitudes, and reversals without load"),
         rival("backlash", "the same reversals under a load of one sign"),
     ],

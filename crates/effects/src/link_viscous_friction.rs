@@ -5,7 +5,7 @@ use sinew_effect::{
 };
 use sinew_model::Scalar;
 
-use crate::entry::{at_joint, dof, rival, twin};
+use crate::entry::{at_joint, by_link_sensor, dof, rival, twin};
 
 /// Drag of the link-side bearing in proportion to the speed.
 ///
@@ -30,10 +30,7 @@ static CARD: Card = Card {
     screening: Screening::Linear,
     requires: &[Requirement::LinkBalance],
     rivals: &[
-        twin(
-            "viscous_friction",
-            "a link-side encoder or torque sensor, and excitation near the antiresonance",
-        ),
+        by_link_sensor(twin("viscous_friction", "excitation near the antiresonance")),
         rival("joint_damping_error", "excite the antiresonance at two frequencies"),
         rival("time_skew", "fast reversals at two frequencies"),
     ],

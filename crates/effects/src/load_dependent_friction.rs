@@ -5,7 +5,7 @@ use sinew_effect::{
 };
 use sinew_model::Scalar;
 
-use crate::entry::{at_joint, dof, rival};
+use crate::entry::{at_joint, by_link_encoder, dof, rival};
 
 /// Drag that grows with the torque that the gear hands on.
 ///
@@ -40,7 +40,10 @@ static CARD: Card = Card {
     rivals: &[
         rival("coulomb_friction", "the same strokes with the arm raised and lowered"),
         rival("torque_constant_error", "the same strokes with the arm raised and lowered, at two speeds"),
-        rival("transmission_hysteresis", "a link-side encoder: only a spring's loop shows in the deflection"),
+        by_link_encoder(rival(
+            "transmission_hysteresis",
+            "slow reversals under load: only a spring's loop shows in the deflection",
+        )),
         rival("payload", "the same strokes both ways"),
     ],
     sources: &[

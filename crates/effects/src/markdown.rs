@@ -48,7 +48,7 @@ fn section(out: &mut String, card: &Card) {
         *out += "\n| rival | what separates the two |\n|---|---|\n";
         for rival in card.rivals {
             let note = if rival.structural { "no motion, only priors; " } else { "" };
-            *out += &format!("| `{}` | {note}{} |\n", rival.name, cell(rival.experiment));
+            *out += &format!("| `{}` | {note}{} |\n", rival.name, cell(&rival.experiment_with(|_| false)));
         }
     }
     *out += "\nSources: ";

@@ -45,7 +45,7 @@ pub fn page(card: &Card) -> String {
         for rival in card.rivals {
             let note = if rival.structural { " (no motion separates the two)" } else { "" };
             out += &format!("  {}{note}\n", rival.name);
-            paragraph(&mut out, "", &format!("to tell: {}", rival.experiment));
+            paragraph(&mut out, "", &format!("to tell: {}", rival.experiment_with(|_| false)));
         }
     }
     out += "\nsources\n";

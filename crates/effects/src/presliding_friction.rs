@@ -5,7 +5,7 @@ use sinew_effect::{
 };
 use sinew_model::Scalar;
 
-use crate::entry::{at_joint, dof, rival};
+use crate::entry::{at_joint, by_link_encoder, dof, rival};
 
 /// Friction that builds up over a small displacement after each reversal.
 ///
@@ -59,7 +59,10 @@ static CARD: Card = Card {
         rival("stribeck_friction", "strokes of 0.02 rad at 0.05 rad/s at three places"),
         rival("backlash", "the same strokes under a load of one sign: a gap vanishes"),
         rival("actuator_lag", "the same strokes at two speeds: a lag grows with the speed, a loop does not"),
-        rival("transmission_hysteresis", "a link-side encoder: only a spring's loop shows in the deflection"),
+        by_link_encoder(rival(
+            "transmission_hysteresis",
+            "slow reversals under load: only a spring's loop shows in the deflection",
+        )),
     ],
     sources: &[
         "Dahl: Aerospace Corporation TOR-0158(3107-18)-1, 1968",

@@ -5,7 +5,7 @@ use sinew_effect::{
 };
 use sinew_model::Scalar;
 
-use crate::entry::{at_joint, dof, rival};
+use crate::entry::{at_joint, by_link_encoder, dof, rival};
 
 /// A gear whose torque depends on where the deflection last turned back.
 ///
@@ -47,7 +47,10 @@ static CARD: Card = Card {
         rival("joint_damping_error", "slow load cycles at two speeds: damping depends on the speed"),
         rival("link_coulomb_friction", "slow load cycles of two amplitudes with the link held"),
         rival("backlash", "slow load cycles of two amplitudes, and the same under a load of one sign"),
-        rival("presliding_friction", "a link-side encoder: only a spring's loop shows in the deflection"),
+        by_link_encoder(rival(
+            "presliding_friction",
+            "slow reversals under load: only a spring's loop shows in the deflection",
+        )),
     ],
     sources: &[
         "Wen: ASCE J. Engineering Mechanics Division 102(2), 1976",

@@ -5,7 +5,7 @@ use sinew_effect::{
 };
 use sinew_model::Scalar;
 
-use crate::entry::{at_joint, dof, rival, twin};
+use crate::entry::{at_joint, by_link_sensor, dof, rival, twin};
 
 /// Drag of the motor and gear in proportion to the speed.
 ///
@@ -31,10 +31,10 @@ static CARD: Card = Card {
     requires: &[Requirement::MotorTorque],
     rivals: &[
         rival("coulomb_friction", "two speeds in a ratio of five or more, both ways"),
-        twin(
+        by_link_sensor(twin(
             "link_viscous_friction",
-            "a link-side encoder or torque sensor, and excitation near the antiresonance of an elastic joint",
-        ),
+            "excitation near the antiresonance of an elastic joint",
+        )),
         rival("quadratic_viscous_friction", "two speeds in a ratio of five or more"),
         rival("torque_constant_error", "repeat the motion with a known payload"),
     ],

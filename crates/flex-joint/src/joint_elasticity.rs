@@ -40,11 +40,13 @@ static CARD: Card = Card {
             name: "actuator_lag",
             structural: false,
             experiment: "a chirp through the antiresonance in two poses",
+            sensors: &[],
         },
         Rival {
             name: "time_skew",
             structural: false,
             experiment: "a chirp through the antiresonance in two poses",
+            sensors: &[],
         },
     ],
     sources: &[

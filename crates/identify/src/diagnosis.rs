@@ -15,6 +15,7 @@ use crate::fitting::{ParameterReport, Reported, parameters};
 use crate::gates::Evidence;
 use crate::limits::{DetectionLimit, limits};
 use crate::probability::{Grounds, likelihood_of_tied};
+use crate::record::Channel;
 use crate::remainder::left_of_channels;
 use crate::report::{Finding, Refusal, Verdict};
 use crate::search::{Accepted as Entry, Search, State};
@@ -310,15 +311,18 @@ fn candidate(search: &Search, reports: &[Reported], entry: &Entry, grounds: Grou
 // Tied candidates, then structural partners that the card names.
 fn rivals(search: &Search, entry: &Entry, probability: f64, once: bool) -> Vec<RivalReport> {
     let card = entry.trial.card;
+    let dof = search.problem.robot.model.dof(&entry.trial.place.to_string());
+    let seen = |sensor| dof.is_some_and(|dof| search.sensors.channels.contains(&Channel { sensor, dof }));
     let experiment = |name: &str| {
         if name == episode::NAME {
             return episode::EXPERIMENT.to_owned();
         }
         // Either card may name the other.
-        let of = |card: &Card, name: &str| card.rivals.iter().find(|r| r.name == name).map(|r| r.experiment);
+        let of = |card: &'static Card, name: &str| card.rivals.iter().find(|r| r.name == name);
         let other = search.problem.catalogue.find(name).map(|entry| entry.card);
         let known = of(card, name).or_else(|| of(other?, card.name));
-        known.unwrap_or("repeat the motion at two speeds and under two loads").to_owned()
+        let generic = || "repeat the motion at two speeds and under two loads".to_owned();
+        known.map_or_else(generic, |rival| rival.experiment_with(seen))
     };
     let mut list: Vec<(String, String, f64)> = entry
         .rivals
