@@ -2,7 +2,7 @@
 
 use sinew_data::{Note, Quantity, Repeat, Run, Severity, check_run, find_repeats};
 use sinew_effect::{Catalogue, Requirement};
-use sinew_model::{EffectSpec, Place, Robot};
+use sinew_model::{EffectSpec, Place, Robot, nearest};
 
 use crate::comparison::Prepared;
 use crate::range_checks::range_checks;
@@ -23,7 +23,9 @@ pub(crate) fn begun(
     runs: &[Run],
     options: &Options,
 ) -> Result<(Robot, Prepared, Vec<Finding>), IdentifyError> {
+    let unknown = strangers(robot, runs);
     let (robot, mut findings) = as_measured(robot, catalogue, runs);
+    findings.extend(unknown);
     let prepared = Prepared::new(&robot, runs, options)?;
     findings.extend(checked(&robot, catalogue, runs, &prepared, options)?);
     let (robot, finding) = with_tolerance(robot, catalogue, &prepared, options)?;
@@ -92,6 +94,26 @@ fn checked(
     Ok(notes.into_iter().map(finding).collect())
 }
 
+// Joints that runs name and the robot does not have: nothing of them is compared.
+fn strangers(robot: &Robot, runs: &[Run]) -> Option<Finding> {
+    let known: Vec<String> = (0..robot.model.nv).map(|dof| robot.model.dof_name(dof).to_owned()).collect();
+    let mut names: Vec<&str> = Vec::new();
+    for name in runs.iter().flat_map(Run::joints) {
+        if robot.model.joint(name).is_none() && !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let first = names.first()?;
+    let meant =
+        nearest(first, &known).map_or(String::new(), |known| format!(" (\"{first}\" for \"{known}\"?)"));
+    let statement = format!(
+        "the runs name {}, which robot \"{}\" does not have{meant}: nothing of them is compared",
+        listed(&names),
+        robot.model.name
+    );
+    Some(Finding::of_data(names.join(", "), "", statement))
+}
+
 // What a motion that occurs twice is good for.
 fn repeated(repeat: &Repeat, runs: &[Run]) -> Finding {
     let (name, statement) = (&runs[repeat.first].name, repeat.statement(runs));
@@ -151,6 +173,18 @@ mod tests {
     use sinew_model::{JointSettings, samples};
 
     use super::*;
+
+    #[test]
+    fn a_joint_that_the_robot_does_not_have_is_told_with_the_one_that_may_be_meant() {
+        let robot = Robot::rigid(samples::planar_arm(2, 4.0, 0.5));
+        let run = |joint: &str| {
+            let signal = Signal::new(Quantity::MotorTorque, joint, vec![0.0; 3]);
+            Run::new("run".to_owned(), vec![0.0, 1.0, 2.0], vec![signal]).unwrap()
+        };
+        assert_eq!(strangers(&robot, &[run("joint_2")]), None);
+        let told = strangers(&robot, &[run("joint_2"), run("joint2")]).unwrap().statement;
+        assert!(told.contains("joint \"joint2\"") && told.contains("for \"joint_2\"?"), "{told}");
+    }
 
     // A spring between an imposed link and itself would swing where nothing does.
     #[test]
