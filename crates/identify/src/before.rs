@@ -1,6 +1,6 @@
 //! What is checked before any physics: a failed check refuses the runs, a suspicion is the first finding.
 
-use sinew_data::{Note, Quantity, Repeat, Run, Severity, check_run, find_repeats};
+use sinew_data::{Note, Quantity, Repeat, Run, Severity, check_run};
 use sinew_effect::{Catalogue, Requirement};
 use sinew_model::{EffectSpec, Place, Robot, nearest};
 
@@ -30,7 +30,7 @@ pub(crate) fn begun(
     findings.extend(checked(&robot, catalogue, runs, &prepared, options)?);
     let (robot, finding) = with_tolerance(robot, catalogue, &prepared, options)?;
     findings.splice(0..0, finding);
-    findings.extend(find_repeats(runs).iter().map(|repeat| repeated(repeat, runs)));
+    findings.extend(prepared.repeats.iter().map(|repeat| repeated(repeat, runs)));
     Ok((robot, prepared, findings))
 }
 

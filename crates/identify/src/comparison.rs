@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use sinew_data::{Run, find_repeats};
+use sinew_data::{Repeat, Run, find_repeats};
 use sinew_effect::Catalogue;
 use sinew_model::Robot;
 
@@ -158,6 +158,8 @@ pub(crate) struct Prepared {
     pub records: Vec<Record>,
     pub sensors: Sensors,
     pub scales: Scales,
+    /// Motions that occur twice.
+    pub repeats: Vec<Repeat>,
 }
 
 impl Prepared {
@@ -165,8 +167,18 @@ impl Prepared {
         refuse_bending(robot)?;
         let sensors = Sensors::of(robot, runs)?;
         let scales = Scales::of(runs, options);
-        let prepared = Self::with(robot, runs, sensors, scales)?;
+        let mut prepared = Self::with(robot, runs, sensors, scales)?;
         prepared.hold_enough(robot)?;
+        prepared.repeats = find_repeats(runs);
+        for repeat in &prepared.repeats {
+            let [first, second] = [repeat.first, repeat.second].map(|r| runs[r].time[0]);
+            let from = first + repeat.first_from;
+            prepared.records[repeat.first].repeats.push(Again {
+                window: [from, from + repeat.duration],
+                record: repeat.second,
+                lag: second - first + repeat.lag(),
+            });
+        }
         Ok(prepared)
     }
 
@@ -204,18 +216,9 @@ impl Prepared {
         sensors: Sensors,
         scales: Scales,
     ) -> Result<Self, IdentifyError> {
-        let mut records: Vec<Record> =
+        let records =
             runs.iter().map(|run| Record::new(robot, run, &sensors, scales)).collect::<Result<_, _>>()?;
-        for repeat in find_repeats(runs) {
-            let [first, second] = [repeat.first, repeat.second].map(|r| runs[r].time[0]);
-            let from = first + repeat.first_from;
-            records[repeat.first].repeats.push(Again {
-                window: [from, from + repeat.duration],
-                record: repeat.second,
-                lag: second - first + repeat.lag(),
-            });
-        }
-        Ok(Self { records, sensors, scales })
+        Ok(Self { records, sensors, scales, repeats: Vec::new() })
     }
 
     pub fn form(&self, robot: &Robot) -> Imposed<'_> {

@@ -3,6 +3,7 @@
 use sinew_data::Quantity;
 use sinew_effect::{Card, Entry, PlaceKind, Requirement, Role, SWING_FREQUENCY, Screening, Sensor, Written};
 use sinew_model::{EffectSpec, Place};
+use sinew_plant::Plant;
 use sinew_rigid::{Bodies, Scratch, inertias, mass_matrix_with};
 
 use crate::problem::{Candidate, Problem};
@@ -229,16 +230,11 @@ impl Offer<'_> {
             Requirement::Torque => has(Sensor::MotorTorque) || has(Sensor::JointTorque),
             Requirement::Joints(n) => model.nv >= *n,
             Requirement::Temperature { .. } => dof.is_some_and(|d| self.warmth(d).is_some()),
-            Requirement::CarriedRotor => dof.is_some_and(|dof| self.carries_rotor(dof)),
+            Requirement::CarriedRotor => {
+                dof.is_some_and(|dof| Plant::can_couple_rotor(self.problem.robot, dof))
+            }
             Requirement::Turning => dof.is_none_or(|d| !model.joints[model.joint_of_dof(d).0].kind.slides()),
         }
-    }
-
-    // A moving link carries the rotor of a joint, and the robot says how.
-    fn carries_rotor(&self, dof: usize) -> bool {
-        let robot = &self.problem.robot;
-        let told = robot.joints[dof].gear_ratio.is_some() && robot.bending.is_empty();
-        told && matches!(robot.rotor_mount(dof), Ok(Some(_)))
     }
 
     // Start values: the grid of the shape, the exact strengths, or both.

@@ -419,25 +419,21 @@ impl<'a> Linearizer<'a> {
         let Matrices { A, C, .. } = matrices;
         for k in 0..n {
             let of = |forces: &[f64], dof: usize| forces[dof + nv * k];
-            let mut acceleration = vec![0.0; np];
-            for i in (0..nv).filter(|&i| layout.link[i] != FOLLOWS) {
-                acceleration[layout.link[i]] =
-                    (0..nv).map(|j| w.by_torque[i + nv * j] * of(&w.on_link, j)).sum::<f64>();
-                if layout.is_elastic(i) {
-                    acceleration[layout.motor[i]] = of(&w.on_motor, i) / c.rotor[i];
-                }
-            }
-            if let Some(inverse) = &coupled {
-                let mut force = Mat::<f64>::zeros(np, 1);
-                for i in 0..nv {
-                    force[(layout.link[i], 0)] = of(&w.on_link, i);
-                    if layout.is_elastic(i) {
-                        force[(layout.motor[i], 0)] = of(&w.on_motor, i);
+            let acceleration: Vec<f64> = (0..np)
+                .map(|i| match (&coupled, layout.coordinates[i]) {
+                    (Some(inverse), _) => {
+                        let force = |j: usize| match layout.coordinates[j] {
+                            Coordinate::Motor(dof) => of(&w.on_motor, dof),
+                            link => of(&w.on_link, link.dof()),
+                        };
+                        (0..np).map(|j| inverse[(i, j)] * force(j)).sum()
                     }
-                }
-                let answer = inverse * force;
-                acceleration.iter_mut().enumerate().for_each(|(i, a)| *a = answer[(i, 0)]);
-            }
+                    (None, Coordinate::Motor(dof)) => of(&w.on_motor, dof) / c.rotor[dof],
+                    (None, link) => {
+                        (0..nv).map(|j| w.by_torque[link.dof() + nv * j] * of(&w.on_link, j)).sum()
+                    }
+                })
+                .collect();
             for (i, a) in acceleration.iter().enumerate() {
                 A[(np + i, k)] += a;
             }
@@ -464,29 +460,26 @@ fn coupled_inverse(
     coupling: &[f64],
     q: &[f64],
 ) -> Mat<f64> {
-    let (nv, np) = (layout.nv, layout.positions());
-    let mut links = vec![0.0; nv * nv];
+    let mut links = vec![0.0; layout.nv * layout.nv];
     mass_matrix_with(bodies, &mut Scratch::new(bodies.model), q, &mut links);
-    let mut mass = Mat::zeros(np, np);
-    for i in 0..nv {
-        for j in 0..nv {
-            mass[(layout.link[i], layout.link[j])] = links[i + nv * j];
-        }
-        if layout.is_elastic(i) {
-            mass[(layout.motor[i], layout.motor[i])] = rotor[i];
-        }
-    }
-    add_coupling(layout, Some(coupling), &mut mass);
-    mass.partial_piv_lu().inverse()
+    mass(layout, &links, rotor, Some(coupling)).partial_piv_lu().inverse()
 }
 
-/// Adds to M over all positions what rotors have in common with the links that carry them.
-pub(crate) fn add_coupling(layout: &Layout, coupling: Option<&[f64]>, mass: &mut Mat<f64>) {
+/// M over all positions: links (with the rotors of rigid joints; nv × nv by columns), rotors of elastic joints, and what
+/// rotors have in common with the links that carry them.
+pub(crate) fn mass(layout: &Layout, links: &[f64], rotor: &[f64], coupling: Option<&[f64]>) -> Mat<f64> {
+    let (nv, np) = (layout.nv, layout.positions());
+    let mut mass = Mat::from_fn(np, np, |i, j| match (layout.coordinates[i], layout.coordinates[j]) {
+        (Coordinate::Motor(i), Coordinate::Motor(j)) if i == j => rotor[i],
+        (Coordinate::Motor(_), _) | (_, Coordinate::Motor(_)) => 0.0,
+        (i, j) => links[i.dof() + nv * j.dof()],
+    });
     for (k, s) in coupling.into_iter().flatten().enumerate().filter(|(_, s)| **s != 0.0) {
-        let (motor, link) = (layout.motor[k % layout.nv], layout.link[k / layout.nv]);
+        let (motor, link) = (layout.motor[k % nv], layout.link[k / nv]);
         mass[(motor, link)] += s;
         mass[(link, motor)] += s;
     }
+    mass
 }
 
 // M⁻¹ with the joints that follow their load held straight: their rows and columns are zero.

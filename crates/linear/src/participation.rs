@@ -9,8 +9,7 @@ use sinew_rigid::{
 };
 
 use crate::describing::Port;
-use crate::layout::Coordinate;
-use crate::linearizer::add_coupling;
+use crate::linearizer::mass;
 use crate::seeds::{constants, lift};
 use crate::state_space::Mechanical;
 
@@ -73,14 +72,7 @@ impl<'m, 'a> Energies<'m, 'a> {
             // They carry no inertia, and the others are where they are with straight links.
             mass_matrix_with(&bodies, &mut scratch, &mechanical.x.q, &mut links);
         }
-        let mut mass = Mat::from_fn(layout.positions(), layout.positions(), |i, j| {
-            match (layout.coordinates[i], layout.coordinates[j]) {
-                (Coordinate::Motor(i), Coordinate::Motor(j)) if i == j => c.rotor[i],
-                (Coordinate::Motor(_), _) | (_, Coordinate::Motor(_)) => 0.0,
-                (i, j) => links[i.dof() + nv * j.dof()],
-            }
-        });
-        add_coupling(layout, coupling.as_deref(), &mut mass);
+        let mass = mass(layout, &links, &c.rotor, coupling.as_deref());
         let (inertia, rotor) = (c.inertia.clone(), c.rotor.clone());
         Self { mechanical, plant, p, inertia, rotor, coupling, scratch, gravity, mass }
     }

@@ -3,10 +3,10 @@
 use core::ops::Mul;
 
 use sinew_effect::{Coefficients, Kind};
-use sinew_model::{JointKind, Matrix3, Model, Robot, Scalar, Vector3};
+use sinew_model::{JointKind, Matrix3, Model, Robot, RotorMount, Scalar, Vector3};
 
 use crate::active::refused;
-use crate::{Active, LinkState, PlantError};
+use crate::{Active, LinkState, Plant, PlantError};
 
 /// A rotor that an effect couples with the link that carries it.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,23 +31,36 @@ pub(crate) fn mounts(robot: &Robot, model: &Model, effects: &[Active]) -> Result
 }
 
 fn mount(robot: &Robot, model: &Model, dof: usize, active: &Active) -> Result<Mount, PlantError> {
-    let refuse = |reason: String| Err(refused(&active.spec, reason));
-    if !robot.bending.is_empty() {
-        return refuse("is not known beside links that bend".to_owned());
-    }
-    let name = model.dof_name(dof);
-    let own = robot.model.dof(name).expect("a joint of the plant is one of the robot");
-    let Some(ratio) = robot.joints[own].gear_ratio else {
-        return refuse(format!("needs the speed of the rotor: `gear_ratio` in [joints.{name}]"));
-    };
-    let place = match robot.rotor_mount(own) {
-        Ok(Some(place)) => place,
-        Ok(None) => return refuse("its rotor rides on no moving link".to_owned()),
-        Err(unknown) => return refuse(format!("{}; state {}", unknown.reason, unknown.key)),
-    };
+    let own = robot.model.dof(model.dof_name(dof)).expect("a joint of the plant is one of the robot");
+    let (place, ratio) = carried(robot, own).map_err(|reason| refused(&active.spec, reason))?;
     let joint = model.joint(&robot.model.joints[place.body.0].name);
     let body = joint.expect("hinges of effects leave the robot's joints").0;
     Ok(Mount { dof, body, axis: place.axis, ratio: 1.0 / ratio })
+}
+
+// Where the rotor of a robot's degree of freedom rides, and its gear ratio; the error is a sentence that says what is
+// missing.
+fn carried(robot: &Robot, dof: usize) -> Result<(RotorMount, f64), String> {
+    if !robot.bending.is_empty() {
+        return Err("is not known beside links that bend".to_owned());
+    }
+    let name = robot.model.dof_name(dof);
+    let Some(ratio) = robot.joints[dof].gear_ratio else {
+        return Err(format!("needs the speed of the rotor: `gear_ratio` in [joints.{name}]"));
+    };
+    match robot.rotor_mount(dof) {
+        Ok(Some(place)) => Ok((place, ratio)),
+        Ok(None) => Err("its rotor rides on no moving link".to_owned()),
+        Err(unknown) => Err(format!("{}; state {}", unknown.reason, unknown.key)),
+    }
+}
+
+impl Plant {
+    /// True if a plant of `robot` can couple the rotor of a degree of freedom with the link that carries it: that link
+    /// moves, no link bends, and gear ratio and axis are known.
+    pub fn can_couple_rotor(robot: &Robot, dof: usize) -> bool {
+        carried(robot, dof).is_ok()
+    }
 }
 
 /// How the coupled rotors move with their links.
