@@ -1,9 +1,11 @@
 //! What the links do along a record: move with their motors, move as a reference says, or swing on their springs.
 
+use faer::{Mat, Side};
 use sinew_model::Scalar;
 use sinew_plant::{Dynamics, GivenLinks, MotorMotion, Plant};
 use sinew_rigid::{Bodies, Scratch, inertias, mass_matrix_with};
 
+use crate::least_squares::Normal;
 use crate::record::{Record, Reduction};
 
 /// What the link of each degree of freedom does.
@@ -39,6 +41,10 @@ const FASTEST_TURN: f64 = 0.7;
 // The same about a reference that the model has smoothed: it has no noise that a coarse step would let through.
 const FASTEST_TURN_ABOUT_MODEL: f64 = 1.5;
 
+// Turn or decay of a mode in a grid step at which the steps of a Runge–Kutta method of order four still die out, where
+// only derivatives or smoothed motions are asked for: 2.8, less a tenth for poses between those that are looked at.
+const STABLE: f64 = 2.5;
+
 impl Freedom {
     /// Of a plant along a record. Rigid joints, and springs too stiff for the grid, move with their motor.
     pub fn of(plant: &Plant, p: &[f64], record: &Record, springs: Springs) -> Self {
@@ -57,10 +63,11 @@ impl Freedom {
             return Self { imposed: own, given, joints };
         }
         let is_free = |turn: Option<f64>| turn.is_some_and(|turn| turn < most);
-        let turns = turns(plant, p, record);
+        let springs = SpringsAlong::of(plant, p, record);
         let told = |(turn, given): (Option<f64>, &bool)| *given || !is_free(turn);
-        let imposed =
-            turns.into_iter().zip(&given).map(told).zip(own).map(|(told, own)| told && own).collect();
+        let turns = springs.turns(plant).into_iter().zip(&given);
+        let mut imposed: Vec<bool> = turns.map(told).zip(&own).map(|(told, own)| told && *own).collect();
+        springs.impose_unstable(&mut imposed, &own);
         Self { imposed, given, joints }
     }
 
@@ -77,41 +84,100 @@ impl Freedom {
     }
 }
 
-// By how much the mode of each spring against its own link turns in a grid step, ω h; none of rigid joints.
-fn turns(plant: &Plant, p: &[f64], record: &Record) -> Vec<Option<f64>> {
-    let nv = plant.model().nv;
-    let dynamics = Dynamics::new(plant, p);
-    let middle = record.len() / 2;
-    let q: Vec<f64> = record.theta.iter().map(|t| t[middle]).collect();
-    let q = plant.straight(&q);
-    let bodies_inertia = inertias::<f64>(plant.model());
-    let armature = vec![0.0; nv];
-    let bodies = Bodies {
-        model: plant.model(),
-        inertia: &bodies_inertia,
-        gravity: plant.model().gravity,
-        armature: &armature,
-    };
-    let mut mass = vec![0.0; nv * nv];
-    mass_matrix_with(&bodies, &mut Scratch::new(plant.model()), &q, &mut mass);
-    let mut stiffness: Vec<f64> = dynamics
-        .coefficients()
-        .compliance
-        .iter()
-        .map(|&c| if c > 0.0 { 1.0 / c } else { f64::INFINITY })
-        .collect();
-    for coupling in plant.couplings() {
-        let n = coupling.dofs.len();
-        for (k, &dof) in coupling.dofs.iter().enumerate() {
-            stiffness[dof] = coupling.stiffness[k * n + k];
+// The springs of a plant and the masses that they carry along a record.
+struct SpringsAlong {
+    // K and D of each degree of freedom; K of a rigid joint is infinite.
+    stiffness: Vec<f64>,
+    damping: Vec<f64>,
+    // M in some poses, the middle one first.
+    masses: Vec<Mat<f64>>,
+    step: f64,
+    // Most that a mode of all of them together may turn in a grid step.
+    fastest: f64,
+}
+
+// Poses along a record in which masses are looked at, besides the one in its middle.
+const POSES: usize = 32;
+
+impl SpringsAlong {
+    fn of(plant: &Plant, p: &[f64], record: &Record) -> Self {
+        let (model, nv) = (plant.model(), plant.model().nv);
+        let dynamics = Dynamics::new(plant, p);
+        let inertia = inertias::<f64>(model);
+        let armature = vec![0.0; nv];
+        let bodies = Bodies { model, inertia: &inertia, gravity: model.gravity, armature: &armature };
+        let mut scratch = Scratch::new(model);
+        let mass_at = |sample: usize| {
+            let q: Vec<f64> = record.theta.iter().map(|t| t[sample]).collect();
+            let mut mass = vec![0.0; nv * nv];
+            mass_matrix_with(&bodies, &mut scratch, &plant.straight(&q), &mut mass);
+            Mat::from_fn(nv, nv, |i, j| mass[i * nv + j])
+        };
+        let middle = record.len() / 2;
+        let poses = [middle].into_iter().chain((0..POSES).map(|k| k * record.len() / POSES));
+        let masses = poses.map(mass_at).collect();
+        let coefficients = dynamics.coefficients();
+        let inverse = |&c: &f64| if c > 0.0 { 1.0 / c } else { f64::INFINITY };
+        let mut stiffness: Vec<f64> = coefficients.compliance.iter().map(inverse).collect();
+        let damping = coefficients.damping.clone();
+        for coupling in plant.couplings() {
+            let n = coupling.dofs.len();
+            for (k, &dof) in coupling.dofs.iter().enumerate() {
+                stiffness[dof] = coupling.stiffness[k * n + k];
+            }
+        }
+        let fastest = match record.reduction {
+            Reduction::Kernel | Reduction::Thinned(_) => STABLE,
+            Reduction::Mean | Reduction::Innovations(_) => FASTEST_TURN_ABOUT_MODEL,
+        };
+        Self { stiffness, damping, masses, step: record.scales.step(), fastest }
+    }
+
+    // By how much the mode of each spring against its own link turns in a grid step, ω h; none of rigid joints.
+    fn turns(&self, plant: &Plant) -> Vec<Option<f64>> {
+        let of = |(i, k): (usize, &f64)| {
+            let omega = (k / self.masses[0][(i, i)].max(1e-12)).sqrt();
+            plant.elastic()[i].then_some(omega * self.step)
+        };
+        self.stiffness.iter().enumerate().map(of).collect()
+    }
+
+    // Links that carry each other swing faster together than each by itself: while some mode is too fast for the steps, the
+    // link that swings most in it follows its load.
+    fn impose_unstable(&self, imposed: &mut [bool], own: &[bool]) {
+        for mass in &self.masses {
+            while let Some(dof) = self.unstable(mass, imposed, own) {
+                imposed[dof] = true;
+            }
         }
     }
-    (0..nv)
-        .map(|i| {
-            let omega = (stiffness[i] / mass[i * nv + i].max(1e-12)).sqrt();
-            plant.elastic()[i].then_some(omega * record.scales.step())
-        })
-        .collect()
+
+    // Of the fastest mode that is too fast, the link of a joint that swings most.
+    fn unstable(&self, mass: &Mat<f64>, imposed: &[bool], own: &[bool]) -> Option<usize> {
+        let free: Vec<usize> =
+            (0..imposed.len()).filter(|&i| !imposed[i] && self.stiffness[i].is_finite()).collect();
+        let n = free.len();
+        let inverse = Normal::new(&Mat::from_fn(n, n, |a, b| mass[(free[a], free[b])]))?
+            .solve_many(&Mat::identity(n, n));
+        // S^½ M⁻¹ S^½ has the squares of the turns, or the decays, for eigenvalues.
+        let worst = |strength: &[f64], limit: f64| {
+            let root = |a: usize| strength[free[a]].max(0.0).sqrt();
+            let scaled = Mat::from_fn(n, n, |a, b| root(a) * inverse[(a, b)] * root(b));
+            let trace: f64 = (0..n).map(|a| scaled[(a, a)]).sum();
+            if trace <= limit {
+                return None;
+            }
+            let eigen = scaled.self_adjoint_eigen(Side::Lower).ok()?;
+            if eigen.S()[n - 1] <= limit {
+                return None;
+            }
+            let joints = (0..n).filter(|&a| own[free[a]]);
+            let size = |a: &usize| eigen.U()[(*a, n - 1)].abs();
+            joints.max_by(|a, b| size(a).total_cmp(&size(b))).map(|a| free[a])
+        };
+        worst(&self.stiffness, (self.fastest / self.step).powi(2))
+            .or_else(|| worst(&self.damping, STABLE / self.step))
+    }
 }
 
 #[cfg(test)]
@@ -122,6 +188,32 @@ mod tests {
     use sinew_rigid::mass_matrix;
 
     use super::*;
+
+    // Two links that are nearly one about the same axis: M⁻¹ has 1/(1 − 0.99²) = 50 times what each has by itself.
+    #[test]
+    fn of_links_that_swing_too_fast_together_one_follows_its_load() {
+        let springs = |stiffness: f64, damping: f64| SpringsAlong {
+            stiffness: vec![stiffness, 0.8 * stiffness, f64::INFINITY],
+            damping: vec![damping, damping, 0.0],
+            masses: vec![
+                Mat::identity(3, 3),
+                Mat::from_fn(3, 3, |i, j| [[1.0, 0.99, 0.0], [0.99, 1.0, 0.0], [0.0, 0.0, 1.0]][i][j]),
+            ],
+            step: 1e-3,
+            fastest: 1.5,
+        };
+        let imposed = |stiffness: f64, damping: f64| {
+            let mut imposed = [false, false, true];
+            springs(stiffness, damping).impose_unstable(&mut imposed, &[true; 3]);
+            imposed
+        };
+        // ω h = 0.1 each, about 0.95 together
+        assert_eq!(imposed(1e4, 1.0), [false, false, true]);
+        // 0.3 each, 2.8 together
+        assert_eq!(imposed(9e4, 1.0), [true, false, true]);
+        // D h / M = 0.03 each, 3 together
+        assert_eq!(imposed(1e4, 30.0).iter().filter(|told| **told).count(), 2);
+    }
 
     // M q̈ + C q̇ + g = τ_j + f_link + τ_l: no τ_l along the motion that the springs give, M e_j beyond it.
     #[test]
