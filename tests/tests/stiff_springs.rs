@@ -16,6 +16,7 @@ fn springs_that_are_too_fast_together_follow_their_load() {
     let case = null_case(&arm, Conditions { period: 4e-3, ..Conditions::FULL }, 300_010);
     let runs = measure(&arm, &case).unwrap();
     let fitted = fit(&case.model, &CATALOGUE, &runs, &[], &[], &Options::default()).unwrap();
+    println!("{}", fitted.verdict);
     for channel in &fitted.diagnosis.channels {
         println!("{} {}: {}", channel.signal, channel.joint, channel.unseen_error);
         assert!(channel.unseen_error < 0.2, "{channel:?}");

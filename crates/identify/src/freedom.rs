@@ -3,7 +3,7 @@
 use faer::{Mat, Side};
 use sinew_model::Scalar;
 use sinew_plant::{Dynamics, GivenLinks, MotorMotion, Plant};
-use sinew_rigid::{Bodies, Scratch, inertias, mass_matrix_with};
+use sinew_rigid::{Workspace, mass_matrix_into};
 
 use crate::least_squares::Normal;
 use crate::record::{Record, Reduction};
@@ -48,9 +48,10 @@ const STABLE: f64 = 2.5;
 impl Freedom {
     /// Of a plant along a record. Rigid joints, and springs too stiff for the grid, move with their motor.
     pub fn of(plant: &Plant, p: &[f64], record: &Record, springs: Springs) -> Self {
-        let most = match record.reduction {
-            Reduction::Kernel | Reduction::Thinned(_) => FASTEST_TURN,
-            Reduction::Mean | Reduction::Innovations(_) => FASTEST_TURN_ABOUT_MODEL,
+        // Of each spring by itself, of all together.
+        let [alone, together] = match record.reduction {
+            Reduction::Kernel | Reduction::Thinned(_) => [FASTEST_TURN, STABLE],
+            Reduction::Mean | Reduction::Innovations(_) => [FASTEST_TURN_ABOUT_MODEL; 2],
         };
         let links = record.links.as_ref().filter(|_| springs == Springs::Given);
         let mut joints = vec![None; plant.model().nv];
@@ -62,12 +63,12 @@ impl Freedom {
         if plant.elastic().iter().zip(&given).all(|(elastic, given)| elastic == given) {
             return Self { imposed: own, given, joints };
         }
-        let is_free = |turn: Option<f64>| turn.is_some_and(|turn| turn < most);
-        let springs = SpringsAlong::of(plant, p, record);
+        let is_free = |turn: Option<f64>| turn.is_some_and(|turn| turn < alone);
+        let along = SpringsAlong::of(plant, p, record);
         let told = |(turn, given): (Option<f64>, &bool)| *given || !is_free(turn);
-        let turns = springs.turns(plant).into_iter().zip(&given);
+        let turns = along.turns(plant).into_iter().zip(&given);
         let mut imposed: Vec<bool> = turns.map(told).zip(&own).map(|(told, own)| told && *own).collect();
-        springs.impose_unstable(&mut imposed, &own);
+        along.impose_unstable(&mut imposed, &own, together);
         Self { imposed, given, joints }
     }
 
@@ -92,8 +93,6 @@ struct SpringsAlong {
     // M in some poses, the middle one first.
     masses: Vec<Mat<f64>>,
     step: f64,
-    // Most that a mode of all of them together may turn in a grid step.
-    fastest: f64,
 }
 
 // Poses along a record in which masses are looked at, besides the one in its middle.
@@ -103,14 +102,11 @@ impl SpringsAlong {
     fn of(plant: &Plant, p: &[f64], record: &Record) -> Self {
         let (model, nv) = (plant.model(), plant.model().nv);
         let dynamics = Dynamics::new(plant, p);
-        let inertia = inertias::<f64>(model);
-        let armature = vec![0.0; nv];
-        let bodies = Bodies { model, inertia: &inertia, gravity: model.gravity, armature: &armature };
-        let mut scratch = Scratch::new(model);
+        let mut workspace = Workspace::new(model);
         let mass_at = |sample: usize| {
             let q: Vec<f64> = record.theta.iter().map(|t| t[sample]).collect();
             let mut mass = vec![0.0; nv * nv];
-            mass_matrix_with(&bodies, &mut scratch, &plant.straight(&q), &mut mass);
+            mass_matrix_into(model, &mut workspace, &plant.straight(&q), &mut mass);
             Mat::from_fn(nv, nv, |i, j| mass[i * nv + j])
         };
         let middle = record.len() / 2;
@@ -126,11 +122,7 @@ impl SpringsAlong {
                 stiffness[dof] = coupling.stiffness[k * n + k];
             }
         }
-        let fastest = match record.reduction {
-            Reduction::Kernel | Reduction::Thinned(_) => STABLE,
-            Reduction::Mean | Reduction::Innovations(_) => FASTEST_TURN_ABOUT_MODEL,
-        };
-        Self { stiffness, damping, masses, step: record.scales.step(), fastest }
+        Self { stiffness, damping, masses, step: record.scales.step() }
     }
 
     // By how much the mode of each spring against its own link turns in a grid step, ω h; none of rigid joints.
@@ -143,17 +135,17 @@ impl SpringsAlong {
     }
 
     // Links that carry each other swing faster together than each by itself: while some mode is too fast for the steps, the
-    // link that swings most in it follows its load.
-    fn impose_unstable(&self, imposed: &mut [bool], own: &[bool]) {
+    // link that swings most in it follows its load. `fastest`: most that a mode may turn in a grid step.
+    fn impose_unstable(&self, imposed: &mut [bool], own: &[bool], fastest: f64) {
         for mass in &self.masses {
-            while let Some(dof) = self.unstable(mass, imposed, own) {
+            while let Some(dof) = self.unstable(mass, imposed, own, fastest) {
                 imposed[dof] = true;
             }
         }
     }
 
     // Of the fastest mode that is too fast, the link of a joint that swings most.
-    fn unstable(&self, mass: &Mat<f64>, imposed: &[bool], own: &[bool]) -> Option<usize> {
+    fn unstable(&self, mass: &Mat<f64>, imposed: &[bool], own: &[bool], fastest: f64) -> Option<usize> {
         let free: Vec<usize> =
             (0..imposed.len()).filter(|&i| !imposed[i] && self.stiffness[i].is_finite()).collect();
         let n = free.len();
@@ -175,7 +167,7 @@ impl SpringsAlong {
             let size = |a: &usize| eigen.U()[(*a, n - 1)].abs();
             joints.max_by(|a, b| size(a).total_cmp(&size(b))).map(|a| free[a])
         };
-        worst(&self.stiffness, (self.fastest / self.step).powi(2))
+        worst(&self.stiffness, (fastest / self.step).powi(2))
             .or_else(|| worst(&self.damping, STABLE / self.step))
     }
 }
@@ -200,11 +192,10 @@ mod tests {
                 Mat::from_fn(3, 3, |i, j| [[1.0, 0.99, 0.0], [0.99, 1.0, 0.0], [0.0, 0.0, 1.0]][i][j]),
             ],
             step: 1e-3,
-            fastest: 1.5,
         };
         let imposed = |stiffness: f64, damping: f64| {
             let mut imposed = [false, false, true];
-            springs(stiffness, damping).impose_unstable(&mut imposed, &[true; 3]);
+            springs(stiffness, damping).impose_unstable(&mut imposed, &[true; 3], 1.5);
             imposed
         };
         // ω h = 0.1 each, about 0.95 together

@@ -4,7 +4,7 @@ use sinew_data::Quantity;
 use sinew_effect::{Card, Entry, PlaceKind, Requirement, Role, SWING_FREQUENCY, Screening, Sensor, Written};
 use sinew_model::{EffectSpec, Place};
 use sinew_plant::Plant;
-use sinew_rigid::{Bodies, Scratch, inertias, mass_matrix_with};
+use sinew_rigid::mass_matrix;
 
 use crate::problem::{Candidate, Problem};
 use crate::record::{Channel, Record, Sensors};
@@ -424,11 +424,7 @@ impl Offer<'_> {
         let model = &self.problem.robot.model;
         let record = &self.records[0];
         let q: Vec<f64> = record.theta.iter().map(|t| t[record.len() / 2]).collect();
-        let (body, armature) = (inertias::<f64>(model), vec![0.0; model.nv]);
-        let bodies = Bodies { model, inertia: &body, gravity: model.gravity, armature: &armature };
-        let mut mass = vec![0.0; model.nv * model.nv];
-        mass_matrix_with(&bodies, &mut Scratch::new(model), &q, &mut mass);
-        mass[dof * model.nv + dof]
+        mass_matrix(model, &q)[(dof, dof)]
     }
 }
 
