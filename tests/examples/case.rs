@@ -3,16 +3,21 @@
 //! ```text
 //! cargo run --release -p sinew-tests --example case -- 1|2|6 EFFECT[+EFFECT]|CAUSE|nothing SEED [full|motor|current|link|all [fine|coarse [SIZE [imposed|innovation]]]]
 //! cargo run --release -p sinew-tests --example case -- drawn SEED [EFFECT|nothing] [full|motor|current|link|all] [imposed|innovation]
+//! cargo run --release -p sinew-tests --example case -- described FILE.urdf SEED [EFFECT] [imposed|innovation]
 //! cargo run --release -p sinew-tests --example case -- mixed SEED [imposed|innovation]
 //! ```
 
+use std::path::Path;
+
 use sinew_identify::{Options, Residual};
 use sinew_tests::{
-    Arm, Case, Conditions, Sensors, drawn_case, foreign_causes, hidden_effects, judge, mixed_case, null_case,
+    Arm, Case, Conditions, Sensors, described_case, drawn_case, foreign_causes, hidden_effects, judge,
+    mixed_case, null_case,
 };
 
 const USAGE: &str = "usage: case 1|2|6 EFFECT[+EFFECT]|CAUSE|nothing SEED [full|motor|current|link|all [fine|coarse [SIZE [imposed|innovation]]]]
        case drawn SEED [EFFECT|nothing] [full|motor|current|link|all] [imposed|innovation]
+       case described FILE.urdf SEED [EFFECT] [imposed|innovation]
        case mixed SEED [imposed|innovation]";
 
 fn main() {
@@ -63,6 +68,11 @@ fn asked(args: &[String]) -> Option<(Arm, Case)> {
         let is_effect = |a: &&str| !["imposed", "innovation"].contains(a) && Sensors::named(a).is_none();
         let effect = args.get(2).map(String::as_str).filter(is_effect);
         return Some(drawn_case(args.get(1)?.parse().ok()?, 1.0, effect, sensors));
+    }
+    if args[0] == "described" {
+        let effect = args.get(3).map(String::as_str).filter(|a| !["imposed", "innovation"].contains(a));
+        let case = described_case(Path::new(args.get(1)?), args.get(2)?.parse().ok()?, 1.0, effect);
+        return case.inspect_err(|error| eprintln!("{error}")).ok();
     }
     if args[0] == "mixed" {
         let (arm, case, _) = mixed_case(args.get(1)?.parse().ok()?);

@@ -2,13 +2,15 @@
 //! them in arms and conditions by chance.
 //!
 //! ```text
-//! cargo run --release -p sinew-tests --example recognition -- effects|pairs|foreign|nothing|drawn [KEY=VALUE…]
+//! cargo run --release -p sinew-tests --example recognition -- effects|pairs|foreign|nothing|drawn|described [KEY=VALUE…]
 //!     seeds=FIRST..END   arms=1,2,6   sensors=full,motor,current,link,all   encoders=fine,coarse   sizes=1,0.3   only=EFFECT
+//!     urdfs=FILE,FILE      (described) arms of these files, a file for each seed in turn, with drives and conditions by chance
 //!     into=docs/recognition.md   as=NAME      the tables go between <!-- NAME --> and <!-- /NAME --> of that page
 //! ```
 
 use std::fmt::Write;
 use std::ops::Range;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -16,11 +18,11 @@ use rayon::prelude::*;
 use sinew_identify::{Options, Verdict};
 use sinew_simulate::Stream;
 use sinew_tests::{
-    Arm, Case, Conditions, Hidden, Outcome, Sensors, are_twins, confusion, drawn_case, foreign_causes,
-    hidden_effects, judge, null_case,
+    Arm, Case, Conditions, Hidden, Outcome, Outside, Sensors, are_twins, confusion, described_case,
+    drawn_case, foreign_causes, hidden_effects, judge, null_case,
 };
 
-type Failure = Box<dyn std::error::Error>;
+type Failure = Outside;
 
 fn main() -> Result<(), Failure> {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -29,9 +31,9 @@ fn main() -> Result<(), Failure> {
     let (Some((name, draw, print)), Some(population)) =
         (part, Population::asked(args.get(1..).unwrap_or(&[])))
     else {
-        return Err("usage: recognition effects|pairs|foreign|nothing|drawn [seeds=0..3] [arms=1,2,6] [sensors=full,motor,current,link,all] [encoders=fine,coarse] [sizes=1] [only=EFFECT] [into=PAGE [as=NAME]]".into());
+        return Err("usage: recognition effects|pairs|foreign|nothing|drawn|described [seeds=0..3] [arms=1,2,6] [sensors=full,motor,current,link,all] [encoders=fine,coarse] [sizes=1] [only=EFFECT] [urdfs=FILE,FILE] [into=PAGE [as=NAME]]".into());
     };
-    let tables = population.tables(&args, *draw, *print);
+    let tables = population.tables(&args, *draw, *print)?;
     println!("{tables}");
     if let Some(page) = &population.into {
         insert(page, population.name.as_deref().unwrap_or(name), &tables)?;
@@ -39,16 +41,17 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
-type Draw = fn(&Population) -> Vec<Asked>;
+type Draw = fn(&Population) -> Result<Vec<Asked>, Failure>;
 type Print = fn(&[Judged]) -> String;
 
 /// The parts of the suite: their cases, and what is printed of them.
-const PARTS: [(&str, Draw, Print); 5] = [
-    ("effects", |p| p.combined(single), strata),
-    ("pairs", |p| p.combined(pairs), both),
-    ("foreign", |p| p.combined(foreign), names),
-    ("nothing", |p| p.combined(nothing), alarms),
-    ("drawn", drawn, strata),
+const PARTS: [(&str, Draw, Print); 6] = [
+    ("effects", |p| Ok(p.combined(single)), strata),
+    ("pairs", |p| Ok(p.combined(pairs)), both),
+    ("foreign", |p| Ok(p.combined(foreign)), names),
+    ("nothing", |p| Ok(p.combined(nothing)), alarms),
+    ("drawn", |p| Ok(drawn(p)), strata),
+    ("described", described, strata),
 ];
 
 // What is drawn: every combination of these.
@@ -60,6 +63,7 @@ struct Population {
     only: Option<String>,
     // Of arms by chance; none where they are by chance too.
     sensors: Vec<Option<Sensors>>,
+    urdfs: Vec<PathBuf>,
     into: Option<String>,
     name: Option<String>,
 }
@@ -111,15 +115,16 @@ impl Population {
             sizes: words("sizes", "1").iter().map(|s| s.parse().ok()).collect::<Option<_>>()?,
             only: word("only").map(str::to_owned),
             sensors,
+            urdfs: word("urdfs").map_or(vec![], |list| list.split(',').map(PathBuf::from).collect()),
             into: word("into").map(str::to_owned),
             name: word("as").map(str::to_owned),
         })
     }
 
     // Judges all and prints them; a line for each case goes to standard error as it ends.
-    fn tables(&self, args: &[String], draw: Draw, print: Print) -> String {
+    fn tables(&self, args: &[String], draw: Draw, print: Print) -> Result<String, Failure> {
         let judge = |Asked { arm, case, groups }: Asked| Judged { outcome: ask(&arm, &case), case, groups };
-        let judged: Vec<Judged> = draw(self).into_par_iter().map(judge).collect();
+        let judged: Vec<Judged> = draw(self)?.into_par_iter().map(judge).collect();
         let asked: Vec<&str> = args
             .iter()
             .map(String::as_str)
@@ -127,7 +132,7 @@ impl Population {
             .collect();
         let mut text = format!("`recognition -- {}`\n\n", asked.join(" "));
         text += &print(&judged);
-        text
+        Ok(text)
     }
 
     // The cases of every arm in every condition.
@@ -215,6 +220,22 @@ fn drawn(population: &Population) -> Vec<Asked> {
     };
     let kinds = || population.sizes.iter().flat_map(|&z| population.sensors.iter().map(move |&s| (z, s)));
     population.seeds.clone().flat_map(|seed| kinds().map(move |(z, s)| (seed, z, s))).map(of).collect()
+}
+
+// Arms of URDF files, a file for each seed in turn, with drives and conditions by chance.
+fn described(population: &Population) -> Result<Vec<Asked>, Failure> {
+    let of = |seed: u64, size: f64| {
+        let files = population.urdfs.len() as u64;
+        let path =
+            seed.checked_rem(files).map(|k| &population.urdfs[k as usize]).ok_or("urdfs= names no file")?;
+        let (arm, case) = described_case(path, seed, size, population.only.as_deref())?;
+        let joints = if arm.is_rigid() { "rigid joints" } else { "elastic joints" };
+        let mut groups = vec![arm.robot.model.name.clone(), joints.to_owned()];
+        groups.extend(case.conditions.factors());
+        Ok(Asked { arm: Arc::new(arm), case, groups })
+    };
+    let sizes = |seed| population.sizes.iter().map(move |&size| (seed, size));
+    population.seeds.clone().flat_map(sizes).map(|(seed, size)| of(seed, size)).collect()
 }
 
 // A case that fails is a miss.

@@ -166,18 +166,29 @@ impl Conditions {
 pub fn drawn_case(seed: u64, size: f64, only: Option<&str>, sensors: Option<Sensors>) -> (Arm, Case) {
     let (arm, drawn) = (Arm::drawn(seed), Conditions::drawn(seed));
     let conditions = Conditions { sensors: sensors.unwrap_or(drawn.sensors), ..drawn };
+    let case = case_by_chance(&arm, conditions, seed, size, only);
+    (arm, case)
+}
+
+// An effect at one of the joints, the one asked for if there is one; else every sixth seed hides nothing.
+pub(crate) fn case_by_chance(
+    arm: &Arm,
+    conditions: Conditions,
+    seed: u64,
+    size: f64,
+    only: Option<&str>,
+) -> Case {
     let draws = &mut Draws::new(seed, "hidden");
     let dof = (draws.uniform(0.0, arm.robot.model.nv as f64) as usize).min(arm.robot.model.nv - 1);
     let all = if only.is_some() { hidden_effects } else { effects_by_chance };
-    let mut hidden = all(&arm, dof, size);
-    hidden.retain(|h| h.is_seen_by(conditions.sensors));
+    let mut hidden = all(arm, dof, size);
+    hidden.retain(|h| h.is_seen_by(conditions.sensors) && h.is_possible_in(arm));
     hidden.retain(|h| only.is_none_or(|o| h.effect == o));
     let chosen = draws.uniform(0.0, hidden.len() as f64) as usize;
-    let case = match hidden.get(chosen) {
+    match hidden.get(chosen) {
         Some(hidden) if only.is_some() || !seed.is_multiple_of(6) => {
-            Case::new(&arm, &[hidden], conditions, seed)
+            Case::new(arm, &[hidden], conditions, seed)
         }
-        _ => null_case(&arm, conditions, seed),
-    };
-    (arm, case)
+        _ => null_case(arm, conditions, seed),
+    }
 }

@@ -1,5 +1,6 @@
 //! What is hidden from the model: every effect of the catalogue, in the size of the arm's own torques.
 
+use sinew_effect::{Entry, Requirement};
 use sinew_effects::CATALOGUE;
 use sinew_model::{EffectSpec, Place, Robot, Setting};
 
@@ -38,7 +39,16 @@ impl Hidden {
             Sensors::Link => is_one_of(&BEHIND_THE_GEAR),
         }
     }
+
+    /// True if this arm can have it: where no joint has a spring, nothing that acts in springs or behind them.
+    pub(crate) fn is_possible_in(&self, arm: &Arm) -> bool {
+        let of_springs = |entry: &Entry| OF_SPRINGS.iter().any(|r| entry.card.requires.contains(r));
+        !arm.is_rigid() || !CATALOGUE.find(self.effect).is_some_and(of_springs)
+    }
 }
+
+const OF_SPRINGS: [Requirement; 4] =
+    [Requirement::Elastic, Requirement::Rigid, Requirement::LinkBalance, Requirement::ElasticOrLinkEncoder];
 
 /// Every effect that encoders and torques can see, hidden at degree of freedom `dof` (link effects at the link it
 /// moves). What is added has `size` times the strength of a plain one; what is stated is wrong by its full amount.

@@ -1,6 +1,7 @@
 //! Robots, motions and hidden effects: the recognition suite, shared by the gate's tests and by the command that
 //! prints its table.
 
+mod described;
 mod drawn;
 mod foreign;
 mod hidden;
@@ -11,6 +12,7 @@ mod readme;
 mod robots;
 mod suite;
 
+pub use described::described_case;
 pub use drawn::drawn_case;
 pub use foreign::{Edit, Foreign, PUSHED, Way, foreign_catalogue, foreign_causes, push};
 pub use hidden::{Hidden, are_twins, hidden_effects};
