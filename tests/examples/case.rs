@@ -29,6 +29,18 @@ fn main() {
         _ => None,
     });
     let options = Options { residual, ..Options::default() };
+    let stiff = arm
+        .robot
+        .joints
+        .iter()
+        .map(|j| j.stiffness.map_or("rigid".to_owned(), |k| format!("{k:.0} N·m/rad")));
+    eprintln!(
+        "{}: {:?}, {:?}, {:?}",
+        arm.robot.model.name,
+        stiff.collect::<Vec<_>>(),
+        case.hidden,
+        case.conditions
+    );
     let d = match judge(&arm, &case, &options) {
         Ok((_, diagnosis)) => diagnosis,
         Err(error) => return eprintln!("{error}"),

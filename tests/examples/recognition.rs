@@ -12,6 +12,7 @@ use std::fmt::Write;
 use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Instant;
 
 use rayon::prelude::*;
 
@@ -240,6 +241,7 @@ fn described(population: &Population) -> Result<Vec<Asked>, Failure> {
 
 // A case that fails is a miss.
 fn ask(arm: &Arm, case: &Case) -> Outcome {
+    let begun = Instant::now();
     let outcome = judge(arm, case, &Options::default()).map(|(outcome, _)| outcome).unwrap_or_else(|error| {
         eprintln!("seed {} {:?}: {error}", case.seed, case.hidden);
         Outcome {
@@ -253,7 +255,8 @@ fn ask(arm: &Arm, case: &Case) -> Outcome {
     });
     let mark = if case.is_right(&outcome) { ' ' } else { '!' };
     eprintln!(
-        "{mark} {} seed {} {:?} {:?} rho {:.2} → {} {:?} {:?}",
+        "{mark} {:.0} s {} seed {} {:?} {:?} rho {:.2} → {} {:?} {:?}",
+        begun.elapsed().as_secs_f64(),
         arm.robot.model.name,
         case.seed,
         case.conditions.factors(),

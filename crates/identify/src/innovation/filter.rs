@@ -110,7 +110,8 @@ impl Filters {
         };
         let system = &self.system;
         let before = system.sensor_count(group.start..joint);
-        let (own, first) = (&system.joints[joint], 4 * (joint - group.start));
+        let states = gains.states_of_joint();
+        let (own, first) = (&system.joints[joint], states * (joint - group.start));
         let mut x = [[0.0; W]; 4];
         let mut sums = [[0.0; W]; SENSORS];
         let share = 1.0 / (self.every as f64).sqrt();
@@ -119,7 +120,7 @@ impl Filters {
                 let mut e = [0.0; W];
                 take(&mut e, sensor.shown, &x);
                 add(&mut sums[sensor.which], white, &e);
-                for (x, gain) in x.iter_mut().zip(&column[first..first + 4]) {
+                for (x, gain) in x.iter_mut().zip(&column[first..first + states]) {
                     add(x, f64::from(*gain), &e);
                 }
             }
@@ -143,6 +144,7 @@ impl Filters {
         sums: &mut [Readouts<W>],
     ) {
         let joints = &self.system.joints[group.clone()];
+        let states = gains.states_of_joint();
         let mut gains = gains.of_sample(k);
         let x = &mut x[group.clone()];
         for (i, joint) in joints.iter().enumerate() {
@@ -152,7 +154,7 @@ impl Filters {
                 let mut e = read[sensor.which];
                 take(&mut e, sensor.shown, &x[i]);
                 add(&mut sums[sensor.which], white, &e);
-                for (x, gain) in x.iter_mut().flatten().zip(column) {
+                for (x, gain) in x.iter_mut().flat_map(|x| &mut x[..states]).zip(column) {
                     add(x, f64::from(*gain), &e);
                 }
             }

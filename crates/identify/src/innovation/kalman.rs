@@ -27,6 +27,7 @@ struct Gain<const D: usize> {
 #[derive(Debug, Clone)]
 pub(super) struct Gains {
     states: usize,
+    each: usize,
     sensors: usize,
     // Sensor by sensor, sample by sample: 1/√S, then K by state.
     numbers: Vec<f32>,
@@ -36,6 +37,11 @@ impl Gains {
     fn push<const D: usize>(&mut self, gain: &Gain<D>) {
         self.numbers.push(gain.white as f32);
         self.numbers.extend(gain.column.iter().map(|k| *k as f32));
+    }
+
+    /// States of every joint that have a gain: the first so many.
+    pub fn states_of_joint(&self) -> usize {
+        self.each
     }
 
     /// Of every sensor in sample `k`: 1/√S, and K by state.
@@ -66,17 +72,25 @@ pub(super) struct Kalman<'a> {
     pub noise: &'a [f64],
 }
 
-// A group has four states a joint: the size of its matrices is known where they are multiplied.
+// A group has four states a joint, or two where all joints are rigid: the size of its matrices is known where they are
+// multiplied.
 macro_rules! by_size {
     ($kalman:expr, $method:ident($($argument:expr),*)) => {
-        match $kalman.group.len() {
-            1 => $kalman.$method::<4>($($argument),*),
-            2 => $kalman.$method::<8>($($argument),*),
-            3 => $kalman.$method::<12>($($argument),*),
-            4 => $kalman.$method::<16>($($argument),*),
-            5 => $kalman.$method::<20>($($argument),*),
-            6 => $kalman.$method::<24>($($argument),*),
-            _ => $kalman.$method::<{ 4 * GROUP }>($($argument),*),
+        match ($kalman.group.len(), $kalman.states()) {
+            (1, 2) => $kalman.$method::<2, 2>($($argument),*),
+            (2, 2) => $kalman.$method::<4, 2>($($argument),*),
+            (3, 2) => $kalman.$method::<6, 2>($($argument),*),
+            (4, 2) => $kalman.$method::<8, 2>($($argument),*),
+            (5, 2) => $kalman.$method::<10, 2>($($argument),*),
+            (6, 2) => $kalman.$method::<12, 2>($($argument),*),
+            (_, 2) => $kalman.$method::<{ 2 * GROUP }, 2>($($argument),*),
+            (1, _) => $kalman.$method::<4, 4>($($argument),*),
+            (2, _) => $kalman.$method::<8, 4>($($argument),*),
+            (3, _) => $kalman.$method::<12, 4>($($argument),*),
+            (4, _) => $kalman.$method::<16, 4>($($argument),*),
+            (5, _) => $kalman.$method::<20, 4>($($argument),*),
+            (6, _) => $kalman.$method::<24, 4>($($argument),*),
+            _ => $kalman.$method::<{ 4 * GROUP }, 4>($($argument),*),
         }
     };
 }
@@ -86,16 +100,21 @@ impl Kalman<'_> {
         &self.system.joints[self.group.clone()]
     }
 
+    // States of every joint of the group that are carried along: a rigid one has no link of its own.
+    fn states(&self) -> usize {
+        if self.joints().iter().all(Joint::is_rigid) { 2 } else { 4 }
+    }
+
     /// The gains of every sensor in every sample, joint by joint.
     pub fn gains(&self) -> Gains {
         by_size!(self, gains_of())
     }
 
-    fn gains_of<const D: usize>(&self) -> Gains {
+    fn gains_of<const D: usize, const S: usize>(&self) -> Gains {
         let sensors = self.system.sensor_count(self.group.clone());
-        let mut gains = Gains { states: D, sensors, numbers: Vec::new() };
+        let mut gains = Gains { states: D, each: S, sensors, numbers: Vec::new() };
         gains.numbers.reserve_exact(self.system.len() * sensors * (D + 1));
-        self.follow::<D>(|gain| gains.push(&gain), |_, _, _| {});
+        self.follow::<D, S>(|gain| gains.push(&gain), |_, _, _| {});
         gains
     }
 
@@ -104,28 +123,28 @@ impl Kalman<'_> {
         by_size!(self, speed_noise_of())
     }
 
-    fn speed_noise_of<const D: usize>(&self) -> Vec<f64> {
+    fn speed_noise_of<const D: usize, const S: usize>(&self) -> Vec<f64> {
         let begun = self.system.led.min(self.system.len() / 2);
         let mut squares = vec![0.0; self.group.len()];
         let add =
             |k: usize, joint: usize, variance: f64| squares[joint] += if k < begun { 0.0 } else { variance };
-        self.follow::<D>(|_| {}, add);
+        self.follow::<D, S>(|_| {}, add);
         squares.into_iter().map(|sum| (sum / (self.system.len() - begun).max(1) as f64).sqrt()).collect()
     }
 
     // The gains of every sensor, and after those of a sample the variance of the velocity of every motor.
-    fn follow<const D: usize>(
+    fn follow<const D: usize, const S: usize>(
         &self,
         mut gain: impl FnMut(Gain<D>),
         mut variance: impl FnMut(usize, usize, f64),
     ) {
-        let mut p = self.start::<D>();
+        let mut p = self.start::<D, S>();
         for k in 0..self.system.len() {
             for (i, joint) in self.joints().iter().enumerate() {
-                joint.sensors(k).for_each(|s| gain(update(&mut p, i, s.shown, s.variance)));
+                joint.sensors(k).for_each(|s| gain(update::<D, S>(&mut p, i, s.shown, s.variance)));
             }
-            (0..self.group.len()).for_each(|i| variance(k, i, p[4 * i + 1][4 * i + 1]));
-            p = self.step(k).forward(&p);
+            (0..self.group.len()).for_each(|i| variance(k, i, p[S * i + 1][S * i + 1]));
+            p = self.step::<D, S>(k).forward(&p);
         }
     }
 
@@ -139,18 +158,18 @@ impl Kalman<'_> {
         by_size!(self, misfit_of(samples, &input, &mut told))
     }
 
-    fn misfit_of<const D: usize>(
+    fn misfit_of<const D: usize, const S: usize>(
         &self,
         samples: usize,
         input: &impl Fn(usize, usize) -> Input,
         told: &mut impl FnMut(usize, usize, f64),
     ) {
-        let (mut p, mut x) = (self.start::<D>(), [0.0; D]);
+        let (mut p, mut x) = (self.start::<D, S>(), [0.0; D]);
         for k in 0..samples.min(self.system.len()) {
-            self.correct(k, &mut p, &mut x, input, |Read { joint, gain, e, .. }| {
+            self.correct::<D, S>(k, &mut p, &mut x, input, |Read { joint, gain, e, .. }| {
                 told(self.group.start + joint, k, (e * gain.white).powi(2) - 2.0 * gain.white.ln());
             });
-            let step = self.step(k);
+            let step = self.step::<D, S>(k);
             p = step.forward(&p);
             x = self.predict(&step, k, &x, input);
         }
@@ -165,17 +184,20 @@ impl Kalman<'_> {
     // or without a link encoder, would be amplified from round to round.
     //
     // x̂_k = x_k − P_k λ_k,   λ_{k−1} = Φᵀ λ⁻_k,   sensor by sensor backwards:  λ⁻ = λ − c (Kᵀλ + e/S)
-    fn smoothed_of<const D: usize>(&self, input: &impl Fn(usize, usize) -> Input) -> Vec<Vec<State>> {
+    fn smoothed_of<const D: usize, const S: usize>(
+        &self,
+        input: &impl Fn(usize, usize) -> Input,
+    ) -> Vec<Vec<State>> {
         let n = self.system.len();
         // After the sensors of each sample: x, P, and what every sensor read.
         let mut seen: Vec<([f64; D], Matrix<D>)> = Vec::with_capacity(n);
         let sensors = self.system.sensor_count(self.group.clone());
         let mut read: Vec<Read<D>> = Vec::with_capacity(n * sensors);
-        let (mut p, mut x) = (self.start::<D>(), [0.0; D]);
+        let (mut p, mut x) = (self.start::<D, S>(), [0.0; D]);
         for k in 0..n {
-            self.correct(k, &mut p, &mut x, input, |one| read.push(one));
+            self.correct::<D, S>(k, &mut p, &mut x, input, |one| read.push(one));
             seen.push((x, p));
-            let step = self.step(k);
+            let step = self.step::<D, S>(k);
             p = step.forward(&p);
             x = self.predict(&step, k, &x, input);
         }
@@ -189,31 +211,32 @@ impl Kalman<'_> {
                 let pull: f64 = lambda.iter().zip(&gain.column).map(|(l, g)| l * g).sum();
                 let pull = pull + e * gain.white * gain.white;
                 match shown {
-                    Shown::State(state) => lambda[4 * joint + state] -= pull,
-                    Shown::Sum(c) => (0..4).for_each(|s| lambda[4 * joint + s] -= c[s] * pull),
+                    Shown::State(state) => lambda[S * joint + state] -= pull,
+                    Shown::Sum(c) => (0..S).for_each(|s| lambda[S * joint + s] -= c[s] * pull),
                 }
             }
             if k > 0 {
-                let turned = self.step::<D>(k - 1).turned;
+                let turned = self.step::<D, S>(k - 1).turned;
                 lambda = turned.map(|column| column.iter().zip(&lambda).map(|(phi, l)| phi * l).sum());
             }
         }
-        let of_joint = |i: usize| seen.iter().map(|(x, _)| std::array::from_fn(|s| x[4 * i + s])).collect();
+        let state = |x: &[f64; D], i: usize, s: usize| if s < S { x[S * i + s] } else { 0.0 };
+        let of_joint = |i: usize| seen.iter().map(|(x, _)| std::array::from_fn(|s| state(x, i, s))).collect();
         (0..self.group.len()).map(of_joint).collect()
     }
 
-    fn start<const D: usize>(&self) -> Matrix<D> {
+    fn start<const D: usize, const S: usize>(&self) -> Matrix<D> {
         let mut p = [[0.0; D]; D];
         for (i, joint) in self.joints().iter().enumerate() {
             for s in 0..joint.readings.shown + 2 {
-                p[4 * i + s][4 * i + s] = START[s % 2] * START[s % 2];
+                p[S * i + s][S * i + s] = START[s % 2] * START[s % 2];
             }
         }
         p
     }
 
     // One sample's sensors; `told` is given what each reads.
-    fn correct<const D: usize>(
+    fn correct<const D: usize, const S: usize>(
         &self,
         k: usize,
         p: &mut Matrix<D>,
@@ -224,8 +247,8 @@ impl Kalman<'_> {
         for (i, joint) in self.joints().iter().enumerate() {
             let (_, y) = input(self.group.start + i, k);
             for sensor in joint.sensors(k) {
-                let gain = update(p, i, sensor.shown, sensor.variance);
-                let e = y[sensor.which] - sensor.shown.of(&x[4 * i..]);
+                let gain = update::<D, S>(p, i, sensor.shown, sensor.variance);
+                let e = y[sensor.which] - sensor.shown.of(&x[S * i..S * (i + 1)]);
                 told(Read { joint: i, shown: sensor.shown, gain, e });
                 for (x, column) in x.iter_mut().zip(gain.column) {
                     *x += column * e;
@@ -253,9 +276,9 @@ impl Kalman<'_> {
     }
 
     // The step after sample k.
-    fn step<const D: usize>(&self, k: usize) -> Step<D> {
+    fn step<const D: usize, const S: usize>(&self, k: usize) -> Step<D> {
         let (mut turned, mut pushes) = ([[0.0; D]; D], [[0.0; D]; 2 * GROUP]);
-        self.system.step(self.group.clone(), k, &mut turned, &mut pushes);
+        self.system.step::<D, S>(self.group.clone(), k, &mut turned, &mut pushes);
         let variance = std::array::from_fn(|m| {
             let Some(joint) = self.joints().get(m / 2) else { return 0.0 };
             let is_led = k < self.system.led && joint.readings.is_led();
@@ -308,7 +331,8 @@ impl<const D: usize> Step<D> {
     fn forward_plain(&self, p: &Matrix<D>) -> Matrix<D> {
         let (mut half, mut next) = ([[0.0; D]; D], [[0.0; D]; D]);
         for (column, p) in self.turned.iter().zip(p) {
-            for (half, phi) in half.iter_mut().zip(column) {
+            // A joint moves the links of others, not their motors.
+            for (half, phi) in half.iter_mut().zip(column).filter(|(_, phi)| **phi != 0.0) {
                 add(half, *phi, p);
             }
         }
@@ -317,7 +341,7 @@ impl<const D: usize> Step<D> {
                 add(next, *half, column);
             }
         }
-        for (g, variance) in self.pushes.iter().zip(self.variance).take(D / 2) {
+        for (g, variance) in self.pushes.iter().zip(self.variance).filter(|(_, variance)| *variance > 0.0) {
             for (next, of_row) in next.iter_mut().zip(g).filter(|(_, g)| **g != 0.0) {
                 add(next, variance * of_row, g);
             }
@@ -333,20 +357,57 @@ impl<const D: usize> Step<D> {
 }
 
 // K = P c/S,   P ← P − K S Kᵀ,   S = cᵀ P c + R
-fn update<const D: usize>(p: &mut Matrix<D>, joint: usize, shown: Shown, variance: f64) -> Gain<D> {
+fn update<const D: usize, const S: usize>(
+    p: &mut Matrix<D>,
+    joint: usize,
+    shown: Shown,
+    variance: f64,
+) -> Gain<D> {
     let row = match shown {
-        Shown::State(state) => p[4 * joint + state],
+        Shown::State(state) => p[S * joint + state],
         Shown::Sum(c) => {
             let mut row = [0.0; D];
-            (0..4).for_each(|s| add(&mut row, c[s], &p[4 * joint + s]));
+            (0..S).for_each(|s| add(&mut row, c[s], &p[S * joint + s]));
             row
         }
     };
-    let s = shown.of(&row[4 * joint..]) + variance;
+    let s = shown.of(&row[S * joint..S * (joint + 1)]) + variance;
     let mut gain = Gain { column: [0.0; D], white: 1.0 / s.sqrt() };
     for (p, (gain, seen)) in p.iter_mut().zip(gain.column.iter_mut().zip(row)) {
         *gain = seen / s;
         add(p, -*gain, &row);
     }
     gain
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::system::{Linear, Readings};
+    use super::*;
+
+    // Two bodies that push each other: the states of links that they do not have change nothing.
+    #[test]
+    fn rigid_joints_need_two_states() {
+        let mobility = [0.8, -0.3, -0.3, 1.4];
+        let linear = [0, 1].map(|joint| {
+            let mut linear = Linear { push: [-30.0, -2.0, 0.0, 0.0], ..Linear::default() };
+            linear.a[0][1] = 1.0;
+            linear.a[1] = linear.push.map(|p| mobility[3 * joint] * p);
+            (linear.motor[1], linear.link[1]) = (mobility[3 * joint], mobility[3 * joint]);
+            [linear; 40]
+        });
+        let readings = Readings { motor: 1e-10, link: None, gear: None, shown: 0 };
+        let system =
+            System::new(vec![readings; 2], &[&linear[0], &linear[1]], &[mobility.to_vec()], 40, 1e-3);
+        let kalman = Kalman { system: &system, group: 0..2, noise: &[0.5, 0.2] };
+        assert_eq!(kalman.states(), 2);
+        let (two, four) = (kalman.gains_of::<4, 2>(), kalman.gains_of::<8, 4>());
+        for ((white, own), (same, all)) in (0..40).flat_map(|k| two.of_sample(k).zip(four.of_sample(k))) {
+            assert!((white / same - 1.0).abs() < 1e-9);
+            for (own, all) in own.iter().zip([&all[0..2], &all[4..6]].concat()) {
+                assert!((own - all).abs() <= 1e-6 * all.abs(), "{own} {all}");
+            }
+            assert_eq!([&all[2..4], &all[6..8]].concat(), [0.0; 4]);
+        }
+    }
 }

@@ -301,7 +301,7 @@ impl System {
     /// By how much the motor of one joint is faster after a hold with one more N·m on that of another.
     pub fn kick(&self, to: usize, from: usize, k: usize) -> f64 {
         let own = if to == from { f64::from(self.joints[to].steps[k].motor[1]) } else { 0.0 };
-        let is_rigid = self.joints[to].readings.shown == 0;
+        let is_rigid = self.joints[to].is_rigid();
         let coupling = self.coupling.get(k).filter(|_| is_rigid).map(|&c| &self.couplings[c]);
         own + coupling.map_or(0.0, |c| f64::from(c.motor[to * self.joints.len() + from][1]))
     }
@@ -335,9 +335,9 @@ impl System {
         }
     }
 
-    /// The same as matrices of zeros to be filled: Φᵀ of four states a joint, g of the motor and of the link of every
+    /// The same as matrices of zeros to be filled: Φᵀ of the first S states of every joint, g of the motor and of the link of every
     /// joint in turn.
-    pub fn step<const D: usize>(
+    pub fn step<const D: usize, const S: usize>(
         &self,
         joints: Range<usize>,
         k: usize,
@@ -346,22 +346,22 @@ impl System {
     ) {
         for (i, joint) in self.joints[joints.clone()].iter().enumerate() {
             let step = &joint.steps[k];
-            for r in 0..4 {
-                for s in 0..4 {
-                    turned[4 * i + s][4 * i + r] = f64::from(u8::from(r == s)) + f64::from(step.change[r][s]);
+            for r in 0..S {
+                for s in 0..S {
+                    turned[S * i + s][S * i + r] = f64::from(u8::from(r == s)) + f64::from(step.change[r][s]);
                 }
-                pushes[2 * i][4 * i + r] = f64::from(step.motor[r]);
-                pushes[2 * i + 1][4 * i + r] = f64::from(step.link[r]);
+                pushes[2 * i][S * i + r] = f64::from(step.motor[r]);
+                pushes[2 * i + 1][S * i + r] = f64::from(step.link[r]);
             }
         }
         let Some(coupling) = self.coupling.get(k).map(|&c| &self.couplings[c]) else { return };
         for (i, to) in joints.clone().enumerate() {
-            let link = 4 * i + self.joints[to].readings.shown;
+            let link = S * i + self.joints[to].readings.shown;
             for (j, from) in joints.clone().enumerate() {
                 let entry = to * self.joints.len() + from;
                 for (r, of_row) in coupling.blocks[entry].iter().enumerate() {
-                    for (s, x) in of_row.iter().enumerate() {
-                        turned[4 * j + s][link + r] += f64::from(*x);
+                    for (s, x) in of_row.iter().take(S).enumerate() {
+                        turned[S * j + s][link + r] += f64::from(*x);
                     }
                     pushes[2 * j][link + r] += f64::from(coupling.motor[entry][r]);
                     pushes[2 * j + 1][link + r] += f64::from(coupling.link[entry][r]);
@@ -474,6 +474,11 @@ impl Joint {
         [motor].into_iter().chain(link).chain(gear)
     }
 
+    /// True if its link moves with its motor.
+    pub fn is_rigid(&self) -> bool {
+        self.readings.shown == 0
+    }
+
     // How many it has.
     fn sensor_count(&self) -> usize {
         1 + usize::from(self.readings.link.is_some()) + usize::from(self.readings.gear.is_some())
@@ -519,7 +524,7 @@ mod tests {
         let mut next = x;
         system.advance(0..2, 0, |j| &torques[j], &x, &mut next);
         let (mut turned, mut pushes) = ([[0.0; 8]; 8], [[0.0; 8]; 4]);
-        system.step(0..2, 0, &mut turned, &mut pushes);
+        system.step::<8, 4>(0..2, 0, &mut turned, &mut pushes);
         for i in 0..8 {
             let moved: f64 = (0..8).map(|s| turned[s][i] * x[s / 4][s % 4][0]).sum();
             let pushed: f64 = (0..4).map(|m| pushes[m][i] * torques[m / 2][m % 2][0]).sum();
