@@ -149,8 +149,7 @@ impl Innovation {
     // Joints whose covariance is carried along together, as alike in number as may be.
     fn groups(&self) -> Vec<Range<usize>> {
         let n = self.joints.len();
-        let is_coarse = self.runs.iter().any(|run| run.scales.is_coarse());
-        let most = if is_coarse { GROUP } else { FINE_GROUP };
+        let most = if self.runs.iter().any(|run| run.scales.coarse) { GROUP } else { FINE_GROUP };
         let together = n.div_ceil(n.div_ceil(most).max(1)).max(1);
         (0..n).step_by(together).map(|first| first..(first + together).min(n)).collect()
     }

@@ -22,6 +22,8 @@ pub(crate) struct Scales {
     pub every: usize,
     /// True if the logged torque is held until the next sample.
     pub held: bool,
+    /// True if an encoder is so coarse that a fast log's motion needs much smoothing.
+    pub coarse: bool,
     /// By how much a logged torque acts before the middle of its hold, s: where not every command is logged it is that of a
     /// moment.
     pub early: f64,
@@ -52,13 +54,9 @@ impl Scales {
             kernel: samples(kernel, step).max(2),
             every: samples(every, step),
             held: rate >= 400.0,
+            coarse: rate >= 200.0 && narrowest(runs, period, &FAST, 2e-4) > COARSE,
             early: 0.0,
         }
-    }
-
-    /// True if the encoders are so coarse that the motion needs much smoothing.
-    pub fn is_coarse(&self) -> bool {
-        self.smooth as f64 * self.period > COARSE
     }
 
     /// Grid step, s.

@@ -58,6 +58,12 @@ impl Pass<'_> {
             blocks
         };
         let misfit = |noise: &[f64]| -> f64 { blocks(noise).iter().map(Blocks::sum).sum() };
+        // With another noise of one joint.
+        let with = |noise: &[f64], joint: usize, x: f64| {
+            let mut tried = noise.to_vec();
+            tried[joint] = x;
+            tried
+        };
         // All of them together, then each by itself; a joint whose noise fell far may let that of the others fall.
         let together = |x: f64| -> Vec<f64> { noise.iter().map(|n| x * n).collect() };
         let (mut noise, sweeps) = match before {
@@ -66,20 +72,12 @@ impl Pass<'_> {
         };
         for _ in 0..if group.len() > 1 { sweeps } else { 0 } {
             for joint in group.clone() {
-                let mut tried = noise.clone();
-                noise[joint] = lowest(AGAIN * noise[joint], |x| {
-                    tried[joint] = x;
-                    misfit(&tried)
-                });
+                noise[joint] = lowest(AGAIN * noise[joint], |x| misfit(&with(&noise, joint, x)));
             }
         }
         // Where the model is wrong now and then, all samples together make too much of it.
         for joint in group.clone() {
-            let mut tried = noise.clone();
-            let typical = lowest(RATIO * noise[joint], |x| {
-                tried[joint] = x;
-                blocks(&tried)[joint].typical()
-            });
+            let typical = lowest(RATIO * noise[joint], |x| blocks(&with(&noise, joint, x))[joint].typical());
             if typical < CLEARLY_LESS * noise[joint] {
                 noise[joint] = typical;
             }
@@ -149,18 +147,21 @@ const LOWEST: f64 = 1e-4;
 const SWEEPS: usize = 2;
 const AGAIN: f64 = 2.0;
 
-// The first minimum from `top` downwards, by a parabola in ln x.
-fn lowest(top: f64, mut misfit: impl FnMut(f64) -> f64) -> f64 {
-    let (mut x, mut values) = (top, vec![misfit(top)]);
+// The first minimum from `top` downwards, by a parabola in ln x. Two points are looked at side by side.
+fn lowest(top: f64, misfit: impl Fn(f64) -> f64 + Sync) -> f64 {
+    let (mut x, mut values) = (top, Vec::new());
     while x > LOWEST * top {
-        x /= RATIO;
-        values.push(misfit(x));
-        let n = values.len();
-        if n >= 3 && values[n - 1] > values[n - 2] {
-            let (a, b, c) = (values[n - 3], values[n - 2], values[n - 1]);
-            let bend = a - 2.0 * b + c;
-            let shift = if bend > 0.0 { (0.5 * (a - c) / bend).clamp(-1.0, 1.0) } else { 0.0 };
-            return x * RATIO * RATIO.powf(-shift);
+        let (here, next) = rayon::join(|| misfit(x), || misfit(x / RATIO));
+        for value in [here, next] {
+            values.push(value);
+            let n = values.len();
+            if n >= 3 && values[n - 1] > values[n - 2] {
+                let (a, b, c) = (values[n - 3], values[n - 2], values[n - 1]);
+                let bend = a - 2.0 * b + c;
+                let shift = if bend > 0.0 { (0.5 * (a - c) / bend).clamp(-1.0, 1.0) } else { 0.0 };
+                return x * RATIO * RATIO.powf(-shift);
+            }
+            x /= RATIO;
         }
     }
     x
