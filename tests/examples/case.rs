@@ -69,6 +69,9 @@ fn main() {
             c.signal, c.joint, c.unseen_error, c.predictable_remainder, c.distance_to_floor
         );
     }
+    for f in &d.findings {
+        println!("finding {}: {}", f.joint, f.statement);
+    }
     for r in &d.refusals {
         println!("refused {} step {}: {}", r.candidate, r.step, r.reason);
     }

@@ -37,9 +37,11 @@ pub(super) struct Along {
 // Inertia of a motor of which none is stated, as a share of its link's.
 const LEAST_ROTOR: f64 = 0.01;
 
-// Directions of the derivatives: all motor positions, velocities, all link positions, velocities.
+// Directions of the derivatives: positions and velocities of the motors and of the links on springs, and those of the joints
+// that are one body. Springs push these too, but that is their neighbours' doing.
 const MOTOR: [usize; 2] = [0, 1];
 const LINK: [usize; 2] = [2, 3];
+const BOTH: [usize; 2] = [4, 5];
 /// Holds after which the inertia is evaluated anew.
 pub(super) const INERTIA_EVERY: usize = 8;
 
@@ -83,7 +85,7 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
         for (joint, &i) in joints.iter().enumerate() {
             let own = mobility.last().map_or(0.0, |m| m[joint * joints.len() + joint]);
             linear[joint].push(dual.linear(i, imposed[i], own));
-            hold_means[joint].push(dual.hold_mean(i, walk.out.qdd[i], record.scales.step()));
+            hold_means[joint].push(dual.hold_mean(i, imposed[i], walk.out.qdd[i], record.scales.step()));
             drags[joint].push(dual.out.tau_m[i].derivative[LINK[1]]);
         }
         if k + 1 < record.len() {
@@ -124,9 +126,9 @@ struct Dual<'a> {
 impl Dual<'_> {
     fn seed(&mut self, imposed: &[bool]) {
         for (i, &imposed) in imposed.iter().enumerate() {
-            let link = if imposed { MOTOR } else { LINK };
-            self.x.theta[i].derivative[MOTOR[0]] = 1.0;
-            self.x.thetad[i].derivative[MOTOR[1]] = 1.0;
+            let [motor, link] = if imposed { [BOTH; 2] } else { [MOTOR, LINK] };
+            self.x.theta[i].derivative[motor[0]] = 1.0;
+            self.x.thetad[i].derivative[motor[1]] = 1.0;
             self.x.q[i].derivative[link[0]] = 1.0;
             self.x.qd[i].derivative[link[1]] = 1.0;
         }
@@ -148,9 +150,15 @@ impl Dual<'_> {
     }
 
     // h²/24 τ̈_m ≈ h²/24 (∂τ_m/∂θ θ̈ + ∂τ_m/∂q q̈)
-    fn hold_mean(&self, dof: usize, qdd: f64, h: f64) -> f64 {
+    fn hold_mean(&self, dof: usize, imposed: bool, qdd: f64, h: f64) -> f64 {
         let slope = self.out.tau_m[dof].derivative;
-        h * h / 24.0 * (slope[MOTOR[0]] * self.acceleration[dof].value + slope[LINK[0]] * qdd)
+        let theta = self.acceleration[dof].value;
+        let second_rate = if imposed {
+            slope[BOTH[0]] * theta
+        } else {
+            slope[MOTOR[0]] * theta + slope[LINK[0]] * qdd
+        };
+        h * h / 24.0 * second_rate
     }
 
     fn linear(&self, dof: usize, imposed: bool, mobility: f64) -> Linear {
@@ -159,7 +167,7 @@ impl Dual<'_> {
         linear.a[0][1] = 1.0;
         if imposed {
             for s in 0..2 {
-                linear.push[s] = -tau_m[s];
+                linear.push[s] = -tau_m[BOTH[s]];
                 linear.a[1][s] = mobility * linear.push[s];
             }
             (linear.motor[1], linear.link[1]) = (mobility, mobility);
