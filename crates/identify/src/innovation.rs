@@ -15,6 +15,7 @@ mod rows;
 mod system;
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::{Arc, PoisonError, RwLock};
 
 use rayon::prelude::*;
@@ -65,6 +66,8 @@ pub(crate) struct Innovation {
     layout: Layout,
     // The kernel's motion of every run.
     smooth: Vec<Motion>,
+    // True once gains of small groups have made an unstable filter.
+    bound: AtomicBool,
     reference: RwLock<Arc<Reference>>,
 }
 
@@ -117,7 +120,8 @@ impl Innovation {
         let layout = Layout::of(&records, &channels, TRANSIENT, |_, _| 0.0);
         let reference = Reference { records, ..Reference::default() };
         let reference = RwLock::new(Arc::new(reference));
-        Some(Self { channels, joints, runs, layout, smooth: motions, reference })
+        let bound = AtomicBool::new(false);
+        Some(Self { channels, joints, runs, layout, smooth: motions, bound, reference })
     }
 
     /// The same with the present reference's velocities known as well as its noise lets them: where a motor may rest or
@@ -146,12 +150,14 @@ impl Innovation {
         self.joints.iter().zip(noise).map(|(joint, n)| n.min(read(joint.torque))).collect()
     }
 
-    // Joints whose covariance is carried along together, as alike in number as may be.
+    // Joints whose covariance is carried along together: groups as alike in size as may be, the larger ones nearer to the
+    // tip, where light links move each other most.
     fn groups(&self) -> Vec<Range<usize>> {
         let n = self.joints.len();
-        let most = if self.runs.iter().any(|run| run.scales.coarse) { GROUP } else { FINE_GROUP };
-        let together = n.div_ceil(n.div_ceil(most).max(1)).max(1);
-        (0..n).step_by(together).map(|first| first..(first + together).min(n)).collect()
+        let are_coupled = self.runs.iter().any(|run| run.scales.coarse) || self.bound.load(Relaxed);
+        let most = if are_coupled { GROUP } else { FINE_GROUP };
+        let count = n.div_ceil(most).max(1);
+        (0..count).map(|group| group * n / count..(group + 1) * n / count).collect()
     }
 
     // The equations of the moving joints along a run.
@@ -206,6 +212,14 @@ impl Innovation {
         let motions = pass.motions.clone();
         let commanded = torques.move_without_noise.then(|| pass.commanded(&noise));
         let (records, smooth, measured) = pass.frozen(&noise, commanded.as_deref(), (plant, p));
+        // Gains that know nothing of what the joints of other groups do may let deviations grow.
+        let is_stable = |record: &Record| match &record.reduction {
+            Reduction::Innovations(rows) => rows.filters.is_stable(),
+            _ => true,
+        };
+        if self.groups().len() > 1 && !records.par_iter().all(is_stable) && !self.bound.swap(true, Relaxed) {
+            return self.renewed(plant, p, from);
+        }
         Reference { records, smooth, measured, torque_noise: noise, misfit, torques, noise_matters, motions }
     }
 }

@@ -153,11 +153,8 @@ impl Dual<'_> {
     fn hold_mean(&self, dof: usize, imposed: bool, qdd: f64, h: f64) -> f64 {
         let slope = self.out.tau_m[dof].derivative;
         let theta = self.acceleration[dof].value;
-        let second_rate = if imposed {
-            slope[BOTH[0]] * theta
-        } else {
-            slope[MOTOR[0]] * theta + slope[LINK[0]] * qdd
-        };
+        let second_rate =
+            if imposed { slope[BOTH[0]] * theta } else { slope[MOTOR[0]] * theta + slope[LINK[0]] * qdd };
         h * h / 24.0 * second_rate
     }
 
