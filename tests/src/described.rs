@@ -1,14 +1,13 @@
 //! Arms whose links a URDF describes, with drives and conditions by chance: what holds for the suite's own arms should hold
 //! for the arms of others.
 
-use std::f64::consts::TAU;
 use std::path::Path;
 
 use sinew_model::{Joint, JointKind, Robot};
 use sinew_rigid::{inverse_dynamics, mass_matrix};
 
-use crate::drawn::{Draws, case_by_chance};
-use crate::robots::{friction, spring};
+use crate::drawn::{Draws, Drive, case_by_chance};
+use crate::robots::friction;
 use crate::suite::Outside;
 use crate::{Arm, Case, Conditions, Sensors};
 
@@ -43,19 +42,14 @@ impl Arm {
         let (mut joints, mut viscous, mut torque, mut torque_noise) = (vec![], vec![], vec![], vec![]);
         for j in 0..n {
             let inertia = moved[j].max(least);
-            let stiffness = inertia * (TAU * draws.log(8.0, 30.0)).powi(2);
-            let rotor = inertia * draws.log(0.2, 1.6);
-            let both = inertia * rotor / (inertia + rotor);
-            let damping = 2.0 * draws.uniform(0.02, 0.08) * (stiffness * both).sqrt();
-            let mut drive = spring(stiffness, damping, rotor);
+            let mut drive = Drive::drawn(draws, inertia, [8.0, 30.0], held[j], speed);
             if !is_elastic {
-                (drive.stiffness, drive.damping) = (None, 0.0);
+                (drive.settings.stiffness, drive.settings.damping) = (None, 0.0);
             }
-            joints.push(drive);
-            let coulomb = draws.log(0.08, 0.3) * (4.0 * (inertia + rotor) + held[j]);
-            viscous.push(draws.uniform(0.4, 1.2) * coulomb / speed);
-            torque_noise.push(coulomb * draws.log(0.03, 0.16));
-            torque.push(coulomb);
+            joints.push(drive.settings);
+            viscous.push(drive.viscous);
+            torque_noise.push(drive.torque_noise);
+            torque.push(drive.coulomb);
         }
         let robot = Robot { effects: friction(&model, &viscous, &torque), joints, ..Robot::rigid(model) };
         let payload = 0.1 * robot.model.joints.iter().map(|j| j.inertia.mass).sum::<f64>();

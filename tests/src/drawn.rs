@@ -2,7 +2,7 @@
 
 use core::f64::consts::TAU;
 
-use sinew_model::{Inertia, JointShape, JointSpec, ModelBuilder, Pose, Robot, Vector3};
+use sinew_model::{Inertia, JointSettings, JointShape, JointSpec, ModelBuilder, Pose, Robot, Vector3};
 use sinew_simulate::Stream;
 
 use crate::hidden::effects_by_chance;
@@ -39,6 +39,31 @@ impl Draws {
     // A whole number below `count`.
     pub fn below(&mut self, count: usize) -> usize {
         (self.uniform(0.0, count as f64) as usize).min(count - 1)
+    }
+}
+
+// A joint with a spring, its friction and its torque noise.
+pub(crate) struct Drive {
+    pub settings: JointSettings,
+    pub viscous: f64,
+    pub coulomb: f64,
+    pub torque_noise: f64,
+}
+
+impl Drive {
+    // A drive for what it moves, kg·m², and holds, N·m; antiresonance between two frequencies, Hz.
+    pub fn drawn(draws: &mut Draws, inertia: f64, [low, high]: [f64; 2], held: f64, speed: f64) -> Self {
+        let stiffness = inertia * (TAU * draws.log(low, high)).powi(2);
+        let rotor = inertia * draws.log(0.2, 1.6);
+        let both = inertia * rotor / (inertia + rotor);
+        let damping = 2.0 * draws.uniform(0.02, 0.08) * (stiffness * both).sqrt();
+        let coulomb = draws.log(0.08, 0.3) * (4.0 * (inertia + rotor) + held);
+        Self {
+            settings: spring(stiffness, damping, rotor),
+            viscous: draws.uniform(0.4, 1.2) * coulomb / speed,
+            coulomb,
+            torque_noise: coulomb * draws.log(0.03, 0.16),
+        }
     }
 }
 
@@ -92,15 +117,11 @@ impl Arm {
                 moment += mass * (from + centre);
                 from += length;
             }
-            let stiffness = inertia * (TAU * draws.log(6.0, 18.0)).powi(2);
-            let rotor = inertia * draws.log(0.2, 1.6);
-            let both = inertia * rotor / (inertia + rotor);
-            let damping = 2.0 * draws.uniform(0.02, 0.08) * (stiffness * both).sqrt();
-            joints.push(spring(stiffness, damping, rotor));
-            let coulomb = draws.log(0.08, 0.3) * (4.0 * (inertia + rotor) + 0.7 * GRAVITY * moment);
-            viscous.push(draws.uniform(0.4, 1.2) * coulomb / speed);
-            torque_noise.push(coulomb * draws.log(0.03, 0.16));
-            torque.push(coulomb);
+            let drive = Drive::drawn(draws, inertia, [6.0, 18.0], 0.7 * GRAVITY * moment, speed);
+            joints.push(drive.settings);
+            viscous.push(drive.viscous);
+            torque_noise.push(drive.torque_noise);
+            torque.push(drive.coulomb);
         }
         let robot = Robot { effects: friction(&model, &viscous, &torque), joints, ..Robot::rigid(model) };
         let amplitude = draws.uniform(0.6, 1.0);

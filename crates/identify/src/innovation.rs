@@ -217,7 +217,8 @@ impl Innovation {
             Reduction::Innovations(rows) => rows.filters.is_stable(),
             _ => true,
         };
-        if self.groups().len() > 1 && !records.par_iter().all(is_stable) && !self.bound.swap(true, Relaxed) {
+        if self.groups().len() > 1 && !self.bound.load(Relaxed) && !records.par_iter().all(is_stable) {
+            self.bound.store(true, Relaxed);
             return self.renewed(plant, p, from);
         }
         Reference { records, smooth, measured, torque_noise: noise, misfit, torques, noise_matters, motions }

@@ -36,8 +36,9 @@ impl Scales {
         let rate = 1.0 / period;
         // The motion is smoothed as little as the encoders allow, since the sign of a smoothed velocity is not the
         // smoothed sign: what is left of the noise is φ's to take away, from measurement and prediction alike.
+        let fast = if rate >= 200.0 { narrowest(runs, period, &FAST, 2e-4) } else { 0.0 };
         let (smooth, kernel, every) = match rate {
-            r if r >= 500.0 => (narrowest(runs, period, &FAST, 2e-4), 0.024, 0.016),
+            r if r >= 500.0 => (fast, 0.024, 0.016),
             r if r >= 200.0 => (0.016, 0.050, 0.024),
             r if r >= 80.0 => (narrowest(runs, period, &SLOW, 2e-3), 0.100, 0.050),
             _ => (5.0 * period, 4.0 * period, 2.0 * period),
@@ -54,7 +55,7 @@ impl Scales {
             kernel: samples(kernel, step).max(2),
             every: samples(every, step),
             held: rate >= 400.0,
-            coarse: rate >= 200.0 && narrowest(runs, period, &FAST, 2e-4) > COARSE,
+            coarse: fast > COARSE,
             early: 0.0,
         }
     }
@@ -67,7 +68,7 @@ impl Scales {
 
 // Half width of the smoothing, s, that tells a coarse encoder.
 const COARSE: f64 = 0.013;
-// Half widths tried on logs of 500 Hz and more, and on those of 80 to 200 Hz, s.
+// Half widths tried on logs of 500 Hz and more, which tell coarse encoders from 200 Hz on, and on those of 80 to 200 Hz, s.
 const FAST: [f64; 5] = [0.006, 0.008, 0.012, 0.016, 0.024];
 const SLOW: [f64; 4] = [0.030, 0.050, 0.080, 0.110];
 

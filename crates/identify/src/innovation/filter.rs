@@ -9,7 +9,7 @@
 
 use std::ops::Range;
 
-use super::kalman::Gains;
+use super::kalman::{Gains, START};
 use super::system::{Deviations, Joint, SENSORS, Shown, System, Torques};
 use crate::least_squares::add;
 
@@ -23,8 +23,7 @@ pub(super) struct Filters {
     pub every: usize,
 }
 
-// A deviation, position and velocity, and how many times as large it may become when nothing drives it.
-const START: [f64; 2] = [1e-3, 0.1];
+// How many times as large as at the start a deviation may become when nothing drives it.
 const GROWN: f64 = 1e3;
 
 /// What the sensors of a joint show in a sample, W sets of readings at once.
