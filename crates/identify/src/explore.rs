@@ -93,10 +93,13 @@ pub(crate) fn explore(
     let mut rungs = vec![rung(search, &[], &state, unseen)];
     let mut last = None;
     let most = search.problem.options.most_effects;
-    let mut step = 1;
+    let (mut step, mut known) = (1, Vec::new());
     while step <= MOST_STEPS * most && rungs.len() <= most {
-        let mut round = search.round(&state, step);
+        let mut round = search.round(&state, step, std::mem::take(&mut known));
         if !leave_likely(search, &mut state, &mut round, step) {
+            // The state stays as it is, and so do its refits but for those that depend on who leads.
+            known = round.failed;
+            known.retain(|refit| !refit.trial.switches_springs());
             step += 1;
             continue;
         }

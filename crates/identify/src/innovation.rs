@@ -50,6 +50,8 @@ pub(crate) struct Reference {
     pub torque_noise: Vec<f64>,
     /// −2 log likelihood of what was measured, by the model that the reference was taken from.
     pub misfit: f64,
+    /// The same of what each joint that moves shows beyond what is known of the others.
+    pub misfit_by_joint: Vec<f64>,
     /// How the logged torques are taken.
     pub torques: LoggedTorques,
     /// True if torque noise acts and is not small beside what accelerates the joints.
@@ -207,7 +209,8 @@ impl Innovation {
             }
         }
         let noise = noise.unwrap_or_default();
-        let misfit = pass.misfits(&noise).iter().sum();
+        let misfit_by_joint = pass.misfit_by_joint(&noise);
+        let misfit = misfit_by_joint.iter().sum();
         let noise_matters = pass.noise_matters(&noise);
         let motions = pass.motions.clone();
         let commanded = torques.move_without_noise.then(|| pass.commanded(&noise));
@@ -221,7 +224,17 @@ impl Innovation {
             self.bound.store(true, Relaxed);
             return self.renewed(plant, p, from);
         }
-        Reference { records, smooth, measured, torque_noise: noise, misfit, torques, noise_matters, motions }
+        Reference {
+            records,
+            smooth,
+            measured,
+            torque_noise: noise,
+            misfit,
+            misfit_by_joint,
+            torques,
+            noise_matters,
+            motions,
+        }
     }
 }
 
@@ -343,16 +356,28 @@ impl<'a> Pass<'a> {
 
     // −2 log likelihood of every run.
     fn misfits(&self, noise: &[f64]) -> Vec<f64> {
+        self.misfits_by_joint(noise).iter().map(|of_joints| of_joints.iter().sum()).collect()
+    }
+
+    // The same of every joint in all runs.
+    fn misfit_by_joint(&self, noise: &[f64]) -> Vec<f64> {
+        let of_runs = self.misfits_by_joint(noise);
+        (0..self.form.joints.len()).map(|joint| of_runs.iter().map(|run| run[joint]).sum()).collect()
+    }
+
+    // By run and joint.
+    fn misfits_by_joint(&self, noise: &[f64]) -> Vec<Vec<f64>> {
         let misfits = self.of_each_group(noise, |kalman, run| {
-            let (mut sum, led, record) = (0.0, kalman.system.led, &self.records[run]);
+            let (led, first, record) = (kalman.system.led, kalman.group.start, &self.records[run]);
+            let mut sums = vec![0.0; kalman.group.len()];
             let input = |joint, k| self.input(run, joint, k);
-            kalman.misfit(usize::MAX, input, |_, k, value| {
+            kalman.misfit(usize::MAX, input, |joint, k, value| {
                 let counts = k >= led && !record.time.get(k).is_some_and(|time| record.leaves_out(*time));
-                sum += if counts { value } else { 0.0 };
+                sums[joint - first] += if counts { value } else { 0.0 };
             });
-            sum
+            sums
         });
-        misfits.into_iter().map(|groups| groups.into_iter().sum()).collect()
+        misfits.into_iter().map(|groups| groups.concat()).collect()
     }
 
     // What `work` gives for each group of joints in each run.

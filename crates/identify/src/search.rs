@@ -331,8 +331,9 @@ impl<'a> Search<'a> {
             .then(|| format!("would cut off {:.0} % of the samples: no limit is met so often", 100.0 * share))
     }
 
-    /// One round: screen everything, refit the short list, pass it through the gates.
-    pub fn round(&mut self, state: &State, step: usize) -> Round {
+    /// One round: screen everything, refit the short list, pass it through the gates; `known`: refits of candidates that were
+    /// made about this state before.
+    pub fn round(&mut self, state: &State, step: usize, known: Vec<Refit>) -> Round {
         let trials = &state.trials;
         let Some(scores) = self.scores(&state.fitted, state, &state.columns) else {
             return Round { passed: Vec::new(), failed: Vec::new(), scores: Vec::new() };
@@ -346,17 +347,18 @@ impl<'a> Search<'a> {
         let base = Base { fitted: &state.fitted, whitener: &state.whitener, added: &state.added() };
         let problem = Problem { slopes: state.slopes, ..*self.problem };
         let refitted = |list: &[usize], scores: &[Option<Score>], start: Option<&Fitted>, leader: f64| {
+            let is_known = |k: &&usize| known.iter().any(|r| r.trial.label() == trials[**k].label());
             let of = |&k: &usize| {
                 let score = scores[k].as_ref()?;
                 refit(&problem, &base, start, &trials[k], score, leader, &self.channel_std)
             };
-            list.par_iter().filter_map(of).collect::<Vec<Refit>>()
+            list.par_iter().filter(|k| !is_known(k)).filter_map(of).collect::<Vec<Refit>>()
         };
         // What changes which joints have springs costs most: it comes last, when there is a leader.
         let (swings, others): (Vec<usize>, Vec<usize>) =
             list.into_iter().partition(|&k| trials[k].switches_springs());
         let mut refits = refitted(&others, &scores, None, f64::INFINITY);
-        let unrefused = refits.iter().filter(|r| r.refused.is_none());
+        let unrefused = refits.iter().chain(&known).filter(|r| r.refused.is_none());
         let leader = unrefused.map(|r| r.fitted.objective).fold(f64::INFINITY, f64::min);
         refits.extend(refitted(&swings, &scores, None, leader));
         // A candidate that explains all and leaves nothing bent has no better start; where derivatives are dear, one that
@@ -368,7 +370,7 @@ impl<'a> Search<'a> {
             (left < noise && !r.fitted.model.is_bent(BENT))
                 || (dear && left < NEARLY * state.fitted.objective)
         };
-        let stated = if refits.iter().any(is_enough) { None } else { self.stated(state) };
+        let stated = if refits.iter().chain(&known).any(is_enough) { None } else { self.stated(state) };
         if let Some(Stated { fitted, columns }) = &stated
             && let Some(scores) = self.scores(fitted, state, columns)
         {
@@ -378,7 +380,7 @@ impl<'a> Search<'a> {
             let list = with_lines(best, trials, &scores);
             refits.extend(refitted(&list, &scores, Some(fitted), leader));
         }
-        let refits = lowest_of_each(refits.into_iter());
+        let refits = lowest_of_each(refits.into_iter().chain(known));
         let (mut passed, mut failed) = (Vec::new(), Vec::new());
         for mut refit in refits {
             if refit.refused.is_none() {

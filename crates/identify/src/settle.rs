@@ -20,6 +20,8 @@ const HOLDS_SHARE: f64 = 0.01;
 // every fourth is logged, and of a torque that nothing holds. The share of the objective that one of them may leave.
 const MOMENTS: [f64; 3] = [0.25, 0.375, 0.5];
 const CLEARLY: f64 = 0.95;
+// What joints may rise by in −2 log likelihood, as a share of what others fall by.
+const AT_COST: f64 = 0.1;
 // Most times that a model is led halfway back to what is stated.
 const RETREATS: usize = 4;
 // A descent that gains this factor has left the model that its reference was smoothed by.
@@ -158,16 +160,20 @@ impl Search<'_> {
         let form = self.problem.form;
         let Some(reference) = form.reference() else { return Ok(at) };
         let (whitener, mut value) = self.alone(model, &at);
+        let mut likely = reference.misfit_by_joint.clone();
         let mut best = None;
         for share in MOMENTS {
             let torques = LoggedTorques { early: share * form.layout().period, ..reference.torques };
             form.begin_anew(torques);
             let mut tried = model.again(self.problem)?;
             let (_, _, [_, now]) = self.followed(&mut tried, Start::Kernel);
-            if !(now < CLEARLY * value && now < value - FALLS) {
+            let Some(found) = form.reference() else { break };
+            let fits = now < CLEARLY * value && now < value - FALLS;
+            if !is_likelier(&likely, &found.misfit_by_joint, fits) {
                 break;
             }
             value = now;
+            likely.clone_from(&found.misfit_by_joint);
             best = Some((torques, tried));
         }
         let Some((torques, tried)) = best else {
@@ -266,5 +272,31 @@ impl Search<'_> {
         let fitted = Fitted::of(layout, &whitener, model, at);
         let (reference, slopes) = (problem.form.reference(), problem.slopes);
         Ok(State { fitted, whitener, accepted, trials, columns, reference, slopes })
+    }
+}
+
+// True if another way to take logged torques makes the log likelier, and fits clearly better or is of help to joint after
+// joint: it is the same for all of them, where an effect that one of them lacks may ask for it at the cost of others.
+fn is_likelier(before: &[f64], after: &[f64], fits: bool) -> bool {
+    let changes = || before.iter().zip(after).map(|(before, after)| after - before);
+    let (rise, fall) = changes().fold((0.0, 0.0), |(rise, fall), x| (rise + x.max(0.0), fall - x.min(0.0)));
+    let falling = changes().filter(|x| *x < -FALLS).count();
+    fall - rise > FALLS && (fits || (falling > 1 && rise < AT_COST * fall))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn how_torques_are_logged_is_the_same_for_all_joints() {
+        let before = [-5000.0, -7000.0, -6000.0];
+        let with =
+            |changes: [f64; 3]| -> Vec<f64> { before.iter().zip(changes).map(|(b, c)| b + c).collect() };
+        assert!(is_likelier(&before, &with([-900.0, -40.0, 20.0]), false));
+        // One joint alone asks for it: it may lack an effect, unless all fits clearly better.
+        assert!(!is_likelier(&before, &with([-900.0, 30.0, 20.0]), false));
+        assert!(is_likelier(&before, &with([-900.0, 30.0, 20.0]), true));
+        assert!(!is_likelier(&before, &with([-900.0, -900.0, 2000.0]), true));
     }
 }

@@ -156,7 +156,7 @@ fn first_accepted(search: &Search, state: &State, turned: Vec<f64>) -> Result<Op
     let model = state.fitted.model.again(&problem)?;
     let at = model.linearise(&problem);
     let state = search.settled(model, at, state.accepted.clone())?;
-    let round = search.round(&state, 1);
+    let round = search.round(&state, 1, Vec::new());
     Ok(round.passed.first().map(|r| r.trial.label()))
 }
 
