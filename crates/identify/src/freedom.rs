@@ -17,6 +17,8 @@ pub(crate) struct Freedom {
     pub given: Vec<bool>,
     /// The robot's own degree of freedom that it is; none of a virtual joint, which swings freely and in no record.
     pub joints: Vec<Option<usize>>,
+    /// Steps in which springs swing from one grid step to the next.
+    pub parts: usize,
 }
 
 /// Where the links of a reference are.
@@ -35,13 +37,17 @@ pub(crate) enum Springs {
     Simulated,
 }
 
-// A spring is simulated while its mode turns by less than this in a grid step; a stiffer one follows its load.
+// A spring is simulated while its mode turns by less than this in the shortest step; a stiffer one follows its load.
 const FASTEST_TURN: f64 = 0.7;
 
 // The same about a reference that the model has smoothed: it has no noise that a coarse step would let through.
 const FASTEST_TURN_ABOUT_MODEL: f64 = 1.5;
 
-// Turn or decay of a mode in a grid step at which the steps of a Runge–Kutta method of order four still die out, where
+// Turn of the fastest mode in a step of which there may be several in a grid step: of its decay by itself, half a percent a
+// step is the method's.
+const TURN_OF_PART: f64 = 0.9;
+
+// Turn or decay of a mode in a step at which the steps of a Runge–Kutta method of order four still die out, where
 // only derivatives or smoothed motions are asked for: 2.8, less a tenth for poses between those that are looked at.
 const STABLE: f64 = 2.5;
 
@@ -61,7 +67,7 @@ impl Freedom {
         let given: Vec<bool> = (0..plant.model().nv).map(is_given).collect();
         let own: Vec<bool> = joints.iter().map(Option::is_some).collect();
         if plant.elastic().iter().zip(&given).all(|(elastic, given)| elastic == given) {
-            return Self { imposed: own, given, joints };
+            return Self { imposed: own, given, joints, parts: 1 };
         }
         let is_free = |turn: Option<f64>| turn.is_some_and(|turn| turn < alone);
         let along = SpringsAlong::of(plant, p, record);
@@ -69,7 +75,8 @@ impl Freedom {
         let turns = along.turns(plant).into_iter().zip(&given);
         let mut imposed: Vec<bool> = turns.map(told).zip(&own).map(|(told, own)| told && *own).collect();
         along.impose_unstable(&mut imposed, &own, together);
-        Self { imposed, given, joints }
+        let parts = along.parts(&imposed, record.most_parts);
+        Self { imposed, given, joints, parts }
     }
 
     /// The motion that motors and links are told.
@@ -92,6 +99,7 @@ struct SpringsAlong {
     damping: Vec<f64>,
     // M in some poses, the middle one first.
     masses: Vec<Mat<f64>>,
+    // The shortest step in which they may swing.
     step: f64,
 }
 
@@ -122,10 +130,10 @@ impl SpringsAlong {
                 stiffness[dof] = coupling.stiffness[k * n + k];
             }
         }
-        Self { stiffness, damping, masses, step: record.scales.step() }
+        Self { stiffness, damping, masses, step: record.scales.step() / record.most_parts as f64 }
     }
 
-    // By how much the mode of each spring against its own link turns in a grid step, ω h; none of rigid joints.
+    // By how much the mode of each spring against its own link turns in the shortest step, ω h; none of rigid joints.
     fn turns(&self, plant: &Plant) -> Vec<Option<f64>> {
         let of = |(i, k): (usize, &f64)| {
             let omega = (k / self.masses[0][(i, i)].max(1e-12)).sqrt();
@@ -135,7 +143,7 @@ impl SpringsAlong {
     }
 
     // Links that carry each other swing faster together than each by itself: while some mode is too fast for the steps, the
-    // link that swings most in it follows its load. `fastest`: most that a mode may turn in a grid step.
+    // link that swings most in it follows its load. `fastest`: most that a mode may turn in the shortest step.
     fn impose_unstable(&self, imposed: &mut [bool], own: &[bool], fastest: f64) {
         for mass in &self.masses {
             while let Some(dof) = self.unstable(mass, imposed, own, fastest) {
@@ -146,30 +154,53 @@ impl SpringsAlong {
 
     // Of the fastest mode that is too fast, the link of a joint that swings most.
     fn unstable(&self, mass: &Mat<f64>, imposed: &[bool], own: &[bool], fastest: f64) -> Option<usize> {
-        let free: Vec<usize> =
-            (0..imposed.len()).filter(|&i| !imposed[i] && self.stiffness[i].is_finite()).collect();
-        let n = free.len();
-        let inverse = Normal::new(&Mat::from_fn(n, n, |a, b| mass[(free[a], free[b])]))?
-            .solve_many(&Mat::identity(n, n));
-        // S^½ M⁻¹ S^½ has the squares of the turns, or the decays, for eigenvalues.
+        let free = self.free(imposed);
         let worst = |strength: &[f64], limit: f64| {
-            let root = |a: usize| strength[free[a]].max(0.0).sqrt();
-            let scaled = Mat::from_fn(n, n, |a, b| root(a) * inverse[(a, b)] * root(b));
-            let trace: f64 = (0..n).map(|a| scaled[(a, a)]).sum();
-            if trace <= limit {
-                return None;
+            let (value, mode) = fastest_mode(mass, &free, strength, limit)?;
+            let joints = (0..free.len()).filter(|&a| own[free[a]]);
+            let size = |a: &usize| mode[*a].abs();
+            if value > limit {
+                joints.max_by(|a, b| size(a).total_cmp(&size(b))).map(|a| free[a])
+            } else {
+                None
             }
-            let eigen = scaled.self_adjoint_eigen(Side::Lower).ok()?;
-            if eigen.S()[n - 1] <= limit {
-                return None;
-            }
-            let joints = (0..n).filter(|&a| own[free[a]]);
-            let size = |a: &usize| eigen.U()[(*a, n - 1)].abs();
-            joints.max_by(|a, b| size(a).total_cmp(&size(b))).map(|a| free[a])
         };
         worst(&self.stiffness, (fastest / self.step).powi(2))
             .or_else(|| worst(&self.damping, STABLE / self.step))
     }
+
+    fn free(&self, imposed: &[bool]) -> Vec<usize> {
+        (0..imposed.len()).filter(|&i| !imposed[i] && self.stiffness[i].is_finite()).collect()
+    }
+
+    // Steps in which the springs that are simulated swing from one grid step to the next.
+    fn parts(&self, imposed: &[bool], most: usize) -> usize {
+        let free = self.free(imposed);
+        let fewest = |mass: &Mat<f64>| {
+            let of =
+                |strength: &[f64]| fastest_mode(mass, &free, strength, 0.0).map_or(0.0, |(value, _)| value);
+            let (turn, decay) = (of(&self.stiffness).max(0.0).sqrt(), of(&self.damping));
+            let step = most as f64 * self.step;
+            (turn * step / TURN_OF_PART).max(decay * step / STABLE).ceil() as usize
+        };
+        if most == 1 { 1 } else { self.masses.iter().map(fewest).max().unwrap_or(1).clamp(1, most) }
+    }
+}
+
+// The largest eigenvalue of S^½ M⁻¹ S^½, which is the square of a turn or a decay, with its vector; none if it cannot be above
+// a limit.
+fn fastest_mode(mass: &Mat<f64>, free: &[usize], strength: &[f64], limit: f64) -> Option<(f64, Vec<f64>)> {
+    let n = free.len();
+    let inverse =
+        Normal::new(&Mat::from_fn(n, n, |a, b| mass[(free[a], free[b])]))?.solve_many(&Mat::identity(n, n));
+    let root = |a: usize| strength[free[a]].max(0.0).sqrt();
+    let scaled = Mat::from_fn(n, n, |a, b| root(a) * inverse[(a, b)] * root(b));
+    let trace: f64 = (0..n).map(|a| scaled[(a, a)]).sum();
+    if trace <= limit {
+        return None;
+    }
+    let eigen = scaled.self_adjoint_eigen(Side::Lower).ok()?;
+    Some((eigen.S()[n - 1], (0..n).map(|a| eigen.U()[(a, n - 1)]).collect()))
 }
 
 #[cfg(test)]

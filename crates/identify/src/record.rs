@@ -78,6 +78,8 @@ pub(crate) struct Record {
     pub temperature: Vec<Option<Vec<f64>>>,
     /// Position, velocity, acceleration halfway to the next grid step, where the log has samples there.
     pub middle: Option<[Vec<Vec<f64>>; 3]>,
+    /// Most steps in which springs swing from one grid step to the next.
+    pub most_parts: usize,
     /// Measured link position and velocity of the first steps, where there is a link encoder.
     pub start: Vec<Option<Vec<[f64; 2]>>>,
     /// The velocity seen through the wider kernel.
@@ -213,6 +215,7 @@ impl Record {
             sweep: Vec::new(),
             temperature: Vec::new(),
             middle: scales.stride.is_multiple_of(2).then(Default::default),
+            most_parts: 1,
             start: vec![None; model.nv],
             thetad_wide: Vec::new(),
             measured: Vec::new(),

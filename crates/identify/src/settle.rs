@@ -169,7 +169,7 @@ impl Search<'_> {
             let (_, _, [_, now]) = self.followed(&mut tried, Start::Kernel);
             let Some(found) = form.reference() else { break };
             let fits = now < CLEARLY * value && now < value - FALLS;
-            if !is_likelier(&likely, &found.misfit_by_joint, fits) {
+            if !fits && !is_likelier(&likely, &found.misfit_by_joint) {
                 break;
             }
             value = now;
@@ -275,13 +275,12 @@ impl Search<'_> {
     }
 }
 
-// True if another way to take logged torques makes the log likelier, and fits clearly better or is of help to joint after
-// joint: it is the same for all of them, where an effect that one of them lacks may ask for it at the cost of others.
-fn is_likelier(before: &[f64], after: &[f64], fits: bool) -> bool {
+// True if another way to take logged torques makes the log likelier by joint after joint: it is the same for all of them,
+// where an effect that one of them lacks may ask for it at the cost of others.
+fn is_likelier(before: &[f64], after: &[f64]) -> bool {
     let changes = || before.iter().zip(after).map(|(before, after)| after - before);
     let (rise, fall) = changes().fold((0.0, 0.0), |(rise, fall), x| (rise + x.max(0.0), fall - x.min(0.0)));
-    let falling = changes().filter(|x| *x < -FALLS).count();
-    fall - rise > FALLS && (fits || (falling > 1 && rise < AT_COST * fall))
+    changes().filter(|x| *x < -FALLS).count() > 1 && rise < AT_COST * fall
 }
 
 #[cfg(test)]
@@ -293,10 +292,9 @@ mod tests {
         let before = [-5000.0, -7000.0, -6000.0];
         let with =
             |changes: [f64; 3]| -> Vec<f64> { before.iter().zip(changes).map(|(b, c)| b + c).collect() };
-        assert!(is_likelier(&before, &with([-900.0, -40.0, 20.0]), false));
-        // One joint alone asks for it: it may lack an effect, unless all fits clearly better.
-        assert!(!is_likelier(&before, &with([-900.0, 30.0, 20.0]), false));
-        assert!(is_likelier(&before, &with([-900.0, 30.0, 20.0]), true));
-        assert!(!is_likelier(&before, &with([-900.0, -900.0, 2000.0]), true));
+        assert!(is_likelier(&before, &with([-900.0, -40.0, 20.0])));
+        // One joint alone asks for it: it may lack an effect.
+        assert!(!is_likelier(&before, &with([-900.0, 30.0, 20.0])));
+        assert!(!is_likelier(&before, &with([-900.0, -900.0, 2000.0])));
     }
 }

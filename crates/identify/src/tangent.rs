@@ -140,34 +140,43 @@ impl<'a> Tangent<'a> {
     fn run(&mut self) {
         let len = self.walk.record.len();
         let [mut here, mut next] = [self.walk.x.clone(), self.walk.x.clone()];
+        let parts = self.walk.freedom.parts;
         self.linearise(0, 0.0, HERE);
         self.balance();
         self.store();
         for k in 0..len - 1 {
-            copy(&self.walk.x, &mut here);
-            copy_motion(&self.at.out, &mut self.walk.out);
-            self.walk.step(k);
-            if !self.still && !self.walk.free.is_empty() {
-                copy(&self.walk.x, &mut next);
-                self.go_halfway(k, &here, &next);
-                self.linearise(k, 0.5, MIDDLE);
-                copy(&next, &mut self.walk.x);
-            }
-            self.linearise(k + 1, 0.0, NEXT);
-            if !self.still {
-                self.step(&here.z);
-            }
-            for pass in self.states.iter_mut().chain(self.parameters.iter_mut().map(|f| &mut f.pass)) {
-                pass.rows.swap(HERE, NEXT);
+            for part in 0..parts {
+                copy(&self.walk.x, &mut here);
+                copy_motion(&self.at.out, &mut self.walk.out);
+                self.walk.part(k, part);
+                let share = |of_part: f64| (part as f64 + of_part) / parts as f64;
+                if !self.still && !self.walk.free.is_empty() {
+                    copy(&self.walk.x, &mut next);
+                    self.go_halfway(k, share(0.5), &here, &next);
+                    self.linearise(k, share(0.5), MIDDLE);
+                    copy(&next, &mut self.walk.x);
+                }
+                self.linearise(k, share(1.0), NEXT);
+                if !self.still {
+                    self.step(&here.z);
+                }
+                for pass in self.states.iter_mut().chain(self.parameters.iter_mut().map(|f| &mut f.pass)) {
+                    pass.rows.swap(HERE, NEXT);
+                }
             }
             self.store();
         }
     }
 
-    // The state halfway through a step: the cubic of springs, the exponential of own states.
-    fn go_halfway(&mut self, k: usize, here: &LinkState<f64>, next: &LinkState<f64>) {
-        let h = self.walk.record.scales.step();
-        self.walk.motor_between(k, 0.5, h);
+    // The time of a part of a step.
+    fn part_time(&self) -> f64 {
+        self.walk.record.scales.step() / self.walk.freedom.parts as f64
+    }
+
+    // The state halfway through a part of a step: the cubic of springs, the exponential of own states.
+    fn go_halfway(&mut self, k: usize, share: f64, here: &LinkState<f64>, next: &LinkState<f64>) {
+        let h = self.part_time();
+        self.walk.motor_between(k, share);
         for &i in &self.walk.free {
             let (q0, q1, v0, v1) = (here.q[i], next.q[i], here.qd[i], next.qd[i]);
             self.walk.x.q[i] = 0.5 * (q0 + q1) + 0.125 * h * (v0 - v1);
@@ -181,8 +190,9 @@ impl<'a> Tangent<'a> {
     // Rows of every pass at the walk's state, a share of a step after grid step `k`.
     fn linearise(&mut self, k: usize, share: f64, instant: usize) {
         let Self { walk, at, still, live, states, parameters } = self;
-        if share == 0.0 {
-            walk.set_motor(k);
+        let is_end = instant != MIDDLE;
+        if is_end {
+            walk.motor_between(k, share);
         }
         let motor = walk.freedom.motion(&walk.acceleration, &walk.link_acceleration);
         if *still {
@@ -191,11 +201,11 @@ impl<'a> Tangent<'a> {
             walk.dynamics.imposed_at(&walk.x, motor, at);
         }
         for pass in states.iter_mut().chain(parameters.iter_mut().map(|f| &mut f.pass)) {
-            if share == 0.0 || !pass.quiet {
+            if is_end || !pass.quiet {
                 pass.linearise(walk, at, live, (k, share), instant);
             }
         }
-        if share == 0.0 {
+        if is_end {
             for forced in parameters {
                 forced.pass.dynamics.actuation(&forced.pass.x, &mut forced.actuation);
             }
@@ -224,8 +234,8 @@ impl<'a> Tangent<'a> {
 
     // One step of δq, δq̇ and δz, from the rows of three instants; z: the own states at its start.
     fn step(&mut self, z: &[f64]) {
+        let h = self.part_time();
         let Self { walk, live, states, parameters, .. } = self;
-        let h = walk.record.scales.step();
         let n = walk.free.len();
         let target = n + 3 * walk.acceleration.len();
         let implicit = implicit_step(states, n, h);

@@ -133,20 +133,38 @@ impl<'a, S: Kind> Walk<'a, S> {
         self.dynamics.actuation(&self.x, &mut self.actuation);
     }
 
-    /// From grid step `k` to `k + 1`: own states by their exact exponential, springs by Runge–Kutta.
+    /// From grid step `k` to `k + 1`.
     pub fn step(&mut self, k: usize) {
-        let h = self.record.scales.step();
+        for part in 0..self.freedom.parts {
+            if part > 0 && !self.free.is_empty() {
+                self.accelerations();
+            }
+            self.part(k, part);
+        }
+    }
+
+    // q̈ where the walk is.
+    fn accelerations(&mut self) {
+        let motor = self.freedom.motion(&self.acceleration, &self.link_acceleration);
+        self.dynamics.imposed_motion(&self.x, motor, &mut self.out);
+    }
+
+    /// One part of that step, whose accelerations at its start are known: own states by their exact exponential, springs by
+    /// Runge–Kutta.
+    pub fn part(&mut self, k: usize, part: usize) {
+        let parts = self.freedom.parts as f64;
+        let (h, from) = (self.record.scales.step() / parts, part as f64 / parts);
         let states = !self.x.z.is_empty();
         if states {
             self.dynamics.relaxations(&self.x, &mut self.relax[0]);
         }
         self.stages.z.copy_from_slice(&self.x.z);
         if !self.free.is_empty() {
-            self.runge_kutta(k, h);
+            self.runge_kutta(k, from, h);
         }
         if states {
             // Rates of both ends, at the motion of the next step.
-            self.set_motor(k + 1);
+            self.motor_between(k, from + 1.0 / parts);
             self.dynamics.relaxations(&self.x, &mut self.relax[1]);
             for s in 0..self.x.z.len() {
                 self.x.z[s] = relaxed(self.stages.z[s], mean(self.relax[0][s], self.relax[1][s]), h);
@@ -154,12 +172,15 @@ impl<'a, S: Kind> Walk<'a, S> {
         }
     }
 
-    fn runge_kutta(&mut self, k: usize, h: f64) {
+    // From a share of the step after grid step `k`, over a time h.
+    fn runge_kutta(&mut self, k: usize, from: f64, h: f64) {
+        let width = 1.0 / self.freedom.parts as f64;
         self.stages.q.copy_from_slice(&self.x.q);
         self.stages.qd.copy_from_slice(&self.x.qd);
         for (stage, share) in [0.0, 0.5, 0.5, 1.0].into_iter().enumerate() {
+            let at = from + share * width;
             if stage > 0 {
-                self.motor_between(k, share, h);
+                self.motor_between(k, at);
                 let Stages { q, qd, z, slope, .. } = &self.stages;
                 for &i in &self.free {
                     self.x.q[i] = q[i] + slope[0][i] * (share * h);
@@ -168,10 +189,9 @@ impl<'a, S: Kind> Walk<'a, S> {
                 for (s, r) in self.relax[0].iter().enumerate() {
                     self.x.z[s] = relaxed(z[s], *r, share * h);
                 }
-                let motor = self.freedom.motion(&self.acceleration, &self.link_acceleration);
-                self.dynamics.imposed_motion(&self.x, motor, &mut self.out);
+                self.accelerations();
             }
-            self.lead(k, share);
+            self.lead(k, at);
             let weight = [1.0, 2.0, 2.0, 1.0][stage];
             let Stages { slope, sum, .. } = &mut self.stages;
             for &i in &self.free {
@@ -193,31 +213,37 @@ impl<'a, S: Kind> Walk<'a, S> {
         lead(self.record, self.freedom, &self.encoder, &self.x, (k, share), &mut self.out.qdd);
     }
 
-    /// The motors a share of a step after grid step `k`: the sample there, or the cubic through positions and
-    /// velocities of both ends.
-    pub fn motor_between(&mut self, k: usize, share: f64, h: f64) {
-        if share == 1.0 {
-            return self.set_motor(k + 1);
+    /// The motors a share of a step after grid step `k`: by cubics through positions and velocities of both ends, and of the
+    /// sample halfway where there is one.
+    pub fn motor_between(&mut self, k: usize, share: f64) {
+        if share == 0.0 || share == 1.0 {
+            return self.set_motor(k + usize::from(share == 1.0));
         }
         let r = self.record;
+        let h = r.scales.step();
         for (i, joint) in self.freedom.joints.iter().enumerate() {
             let Some(j) = *joint else { continue };
-            let motor = match &r.middle {
-                Some(middle) => middle.each_ref().map(|series| series[j][k]),
-                None => {
-                    let at = |k: usize| [r.theta[j][k], r.thetad[j][k], r.thetadd[j][k]];
-                    halfway(at(k), at(k + 1), h)
-                }
+            let at = |k: usize| [r.theta[j][k], r.thetad[j][k], r.thetadd[j][k]];
+            let motor = match r.middle.as_ref().map(|m| m.each_ref().map(|series| series[j][k])) {
+                Some(middle) if share == 0.5 => middle,
+                Some(middle) if share < 0.5 => between(at(k), middle, 0.5 * h, 2.0 * share),
+                Some(middle) => between(middle, at(k + 1), 0.5 * h, 2.0 * share - 1.0),
+                None => between(at(k), at(k + 1), h, share),
             };
-            self.set(i, motor, |series| halfway(series[k], series[k + 1], h));
+            self.set(i, motor, |series| between(series[k], series[k + 1], h, share));
         }
     }
 }
 
-// Position, velocity and acceleration between two grid steps.
-fn halfway([p0, v0, a0]: [f64; 3], [p1, v1, a1]: [f64; 3], h: f64) -> [f64; 3] {
-    let position = 0.5 * (p0 + p1) + 0.125 * h * (v0 - v1);
-    [position, 1.5 * (p1 - p0) / h - 0.25 * (v0 + v1), 0.5 * (a0 + a1)]
+// Position, velocity and acceleration a share u of a time h after the first of two instants.
+//
+// x = (1 + 2u)(1 − u)² x₀ + u(1 − u)² h v₀ + u²(3 − 2u) x₁ − u²(1 − u) h v₁
+fn between([p0, v0, a0]: [f64; 3], [p1, v1, a1]: [f64; 3], h: f64, u: f64) -> [f64; 3] {
+    let w = 1.0 - u;
+    let position =
+        (1.0 + 2.0 * u) * w * w * p0 + u * u * (3.0 - 2.0 * u) * p1 + u * w * h * (w * v0 - u * v1);
+    let velocity = 6.0 * u * w * (p1 - p0) / h + w * (1.0 - 3.0 * u) * v0 + u * (3.0 * u - 2.0) * v1;
+    [position, velocity, w * a0 + u * a1]
 }
 
 /// The start of a spring is not known: for a moment its link is led to where its encoder saw it, or damped if it has

@@ -61,6 +61,8 @@ impl Motion {
     }
 }
 
+// Shortest step, s, in which springs swing.
+const SPRING_STEP: f64 = 0.001;
 // Seconds of a row.
 const ROW: f64 = 0.016;
 
@@ -153,6 +155,7 @@ impl Even {
             mean(x).into_iter().zip(bend).map(|(x, b)| x + b).collect()
         });
         let time = mean(&self.time);
+        let most_parts = ((h / SPRING_STEP).round() as usize).max(1);
         let measured =
             self.torque.iter().zip(&self.read).map(|(torque, read)| {
                 if read.is_empty() { torque[..time.len()].to_vec() } else { mean(read) }
@@ -168,7 +171,8 @@ impl Even {
             thetadd,
             sweep,
             temperature: self.temperature.iter().map(|t| t.as_ref().map(mean)).collect(),
-            middle: None,
+            middle: (most_parts > 1).then(|| self.met(motion)),
+            most_parts,
             start: self.start.clone(),
             measured: measured.collect(),
             noise: self.noise.clone(),
@@ -181,6 +185,18 @@ impl Even {
 }
 
 impl Even {
+    // Position, velocity and acceleration where two holds meet, of all holds but the last.
+    fn met(&self, motion: &Motion) -> [Vec<Vec<f64>>; 3] {
+        let inner = |x: &Vec<f64>| x.get(1..x.len() - 1).unwrap_or_default().to_vec();
+        let h = self.scales.period;
+        let slope = |v: &Vec<f64>| v.windows(3).map(|v| (v[2] - v[0]) / (2.0 * h)).collect();
+        [
+            motion.theta.iter().map(inner).collect(),
+            motion.thetad.iter().map(inner).collect(),
+            motion.thetad.iter().map(slope).collect(),
+        ]
+    }
+
     /// The reference at every second sample, where two holds meet: derivatives along a run are smooth enough for this
     /// grid.
     ///
@@ -219,6 +235,7 @@ impl Even {
             thetad,
             temperature: self.temperature.iter().map(|t| t.as_ref().map(odd)).collect(),
             middle: None,
+            most_parts: 1,
             start: start.collect(),
             measured: self.torque.iter().map(|torque| where_holds_meet(torque)).collect(),
             noise: self.noise.clone(),

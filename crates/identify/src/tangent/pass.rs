@@ -104,7 +104,7 @@ impl<'a> Pass<'a> {
         } else {
             self.dynamics.imposed_derivatives(&self.x, motor, at, &self.moving, &mut self.out);
         }
-        if share == 0.0 {
+        if instant != MIDDLE {
             self.dynamics.motor_derivatives(&self.x, motor, at, &mut self.out);
         }
         if !self.quiet {
@@ -121,7 +121,7 @@ impl<'a> Pass<'a> {
             torques[nv + i] = self.out.tau_j[i].derivative;
             torques[2 * nv + i] = self.out.tau_l[i].derivative;
         }
-        if !self.remembers.is_empty() && share == 0.0 {
+        if !self.remembers.is_empty() && instant != MIDDLE {
             self.dynamics.relaxations_of(&self.remembers, &self.x, &mut self.relax);
             for (s, &state) in live.iter().enumerate() {
                 torques[3 * nv + s] = self.relax[state].target.derivative;

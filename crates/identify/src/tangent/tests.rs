@@ -74,8 +74,9 @@ fn effects(robot: &Robot, strength: f64) -> Vec<EffectSpec> {
     specs
 }
 
-// Difference of a column from the simulation with dual numbers, as a share of that column.
-fn differences(strength: f64) -> Vec<(String, f64)> {
+// Difference of a column from the simulation with dual numbers, as a share of that column; springs swing in so many steps
+// from one grid step to the next.
+fn differences(strength: f64, parts: usize) -> Vec<(String, f64)> {
     let robot = arm();
     let runs = [run(&robot)];
     let prepared = Prepared::new(&robot, &runs, &Options::default()).unwrap();
@@ -83,7 +84,7 @@ fn differences(strength: f64) -> Vec<(String, f64)> {
     let channels = &prepared.sensors.channels;
     let plant = Plant::with_effects(&robot, &effects(&robot, strength), &CATALOGUE).unwrap();
     let p = plant.parameters();
-    let freedom = Freedom::of(&plant, &p, record, Springs::Simulated);
+    let freedom = Freedom { parts, ..Freedom::of(&plant, &p, record, Springs::Simulated) };
     assert!(freedom.is_free());
     let fitted = |id: &sinew_plant::ParameterId| {
         plant.effects()[id.effect].effect.card().parameters[id.parameter].role != Role::Stated
@@ -123,14 +124,34 @@ fn differences(strength: f64) -> Vec<(String, f64)> {
 // The two middle stages of a step share one linearisation: hysteresis and friction, which turn within a step, show it.
 #[test]
 fn derivatives_are_those_of_the_simulation_in_dual_numbers() {
-    for (label, difference) in differences(1.0) {
+    for (label, difference) in [1, 2].into_iter().flat_map(|parts| differences(1.0, parts)) {
         assert!(difference < 3e-2, "{label}: {difference:.1e}");
     }
 }
 
 #[test]
 fn absent_effects_are_left_out_without_a_change() {
-    for (label, difference) in differences(0.0) {
+    for (label, difference) in differences(0.0, 1) {
         assert!(difference < 5e-3, "{label}: {difference:.1e}");
     }
+}
+
+// Twice as many steps leave a sixteenth of the error of a method of order four.
+#[test]
+fn springs_that_swing_in_parts_of_a_step_are_those_of_smaller_steps() {
+    let robot = arm();
+    let prepared = Prepared::new(&robot, &[run(&robot)], &Options::default()).unwrap();
+    let plant = Plant::with_effects(&robot, &robot.all_effects(), &CATALOGUE).unwrap();
+    let p = plant.parameters();
+    let predicted = |parts: usize| -> Vec<f64> {
+        let record = &prepared.records[0];
+        let freedom = Freedom { parts, ..Freedom::of(&plant, &p, record, Springs::Simulated) };
+        predict(&plant, &p, record, &prepared.sensors.channels, &freedom).channels.concat()
+    };
+    let exact = predicted(16);
+    let error = |parts: usize| -> f64 {
+        predicted(parts).iter().zip(&exact).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+    };
+    let gain = error(1) / error(2);
+    assert!((12.0..20.0).contains(&gain), "{gain}");
 }
