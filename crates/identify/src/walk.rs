@@ -143,8 +143,8 @@ impl<'a, S: Kind> Walk<'a, S> {
         }
     }
 
-    // q̈ where the walk is.
-    fn accelerations(&mut self) {
+    /// q̈ and τ_j where the walk is.
+    pub fn accelerations(&mut self) {
         let motor = self.freedom.motion(&self.acceleration, &self.link_acceleration);
         self.dynamics.imposed_motion(&self.x, motor, &mut self.out);
     }

@@ -72,8 +72,16 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
     let mut linear: Vec<Vec<Linear>> = joints.iter().map(|_| Vec::with_capacity(record.len())).collect();
     let [mut hold_means, mut drags] =
         [(); 2].map(|()| joints.iter().map(|_| Vec::with_capacity(record.len())).collect::<Vec<Vec<f64>>>());
+    // τ_j at the instants of the walk, by degree of freedom, where springs swing in parts of a step.
+    let parts = freedom.parts;
+    let mut gears: Vec<Vec<f64>> = vec![Vec::new(); joints.len()];
+    let mut push_gears = |walk: &Walk<f64>| {
+        let swinging = gears.iter_mut().zip(joints).filter(|(_, i)| parts > 1 && !imposed[**i]);
+        swinging.for_each(|(gear, &i)| gear.push(walk.out.tau_j[i]));
+    };
     for k in 0..record.len() {
         walk.torque(k);
+        push_gears(&walk);
         series.store(&walk.dynamics, &walk.x, &freedom, &walk.out, &walk.actuation);
         for (link, &i) in links.iter_mut().zip(joints) {
             link.iter_mut().for_each(|l| l.push([walk.x.q[i], walk.x.qd[i], walk.out.qdd[i]]));
@@ -85,18 +93,25 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
         for (joint, &i) in joints.iter().enumerate() {
             let own = mobility.last().map_or(0.0, |m| m[joint * joints.len() + joint]);
             linear[joint].push(dual.linear(i, imposed[i], own));
-            hold_means[joint].push(dual.hold_mean(i, imposed[i], walk.out.qdd[i], record.scales.step()));
+            let h = record.scales.step();
+            hold_means[joint].push(dual.hold_mean(i, imposed[i], parts > 1, walk.out.qdd[i], h));
             drags[joint].push(dual.out.tau_m[i].derivative[LINK[1]]);
         }
-        if k + 1 < record.len() {
-            walk.step(k);
+        for part in 0..if k + 1 < record.len() { parts } else { 0 } {
+            if part > 0 {
+                walk.accelerations();
+                push_gears(&walk);
+            }
+            walk.part(k, part);
         }
     }
     let acting = series.acting(&walk.dynamics);
     let predicted = series.logged(&walk.dynamics, record.scales.step()).channels;
-    for ((means, drags), link) in hold_means.iter_mut().zip(&drags).zip(&links) {
-        if let Some(link) = link {
-            add_drags(means, drags, link, record.scales.step());
+    for (((means, drags), link), gear) in hold_means.iter_mut().zip(&drags).zip(&links).zip(&gears) {
+        match link {
+            Some(_) if parts > 1 => add_swings(means, gear, parts),
+            Some(link) => add_drags(means, drags, link, record.scales.step()),
+            None => {}
         }
     }
     let links = Links { motion: links };
@@ -113,6 +128,22 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
 fn add_drags(means: &mut [f64], drags: &[f64], link: &[[f64; 3]], h: f64) {
     for k in 1..link.len().saturating_sub(1) {
         means[k] += h / 48.0 * drags[k] * (link[k + 1][2] - link[k - 1][2]);
+    }
+}
+
+// The mean of τ_j over a hold less that in its middle, from so many instants in a hold: Simpson's rule, half of the weights
+// before the middle and half after it.
+fn add_swings(means: &mut [f64], gear: &[f64], parts: usize) {
+    for k in 1..means.len().saturating_sub(1) {
+        let hold = &gear[k * parts - parts / 2..=k * parts + parts / 2];
+        let weight = |n: usize| match n {
+            0 => 1.0,
+            n if n == parts => 1.0,
+            n if n % 2 == 1 => 4.0,
+            _ => 2.0,
+        };
+        let sum: f64 = hold.iter().enumerate().map(|(n, tau)| weight(n) * tau).sum();
+        means[k] += sum / (3.0 * parts as f64) - hold[parts / 2];
     }
 }
 
@@ -149,12 +180,15 @@ impl Dual<'_> {
         self.dynamics.imposed_torque(&self.x, motor, &mut self.out);
     }
 
-    // h²/24 τ̈_m ≈ h²/24 (∂τ_m/∂θ θ̈ + ∂τ_m/∂q q̈)
-    fn hold_mean(&self, dof: usize, imposed: bool, qdd: f64, h: f64) -> f64 {
-        let slope = self.out.tau_m[dof].derivative;
+    // h²/24 τ̈_m ≈ h²/24 (∂τ_m/∂θ θ̈ + ∂τ_m/∂q q̈), without τ_j of a spring that swings in parts of a hold.
+    fn hold_mean(&self, dof: usize, imposed: bool, in_parts: bool, qdd: f64, h: f64) -> f64 {
+        let (slope, gear) = (self.out.tau_m[dof].derivative, self.out.tau_j[dof].derivative);
         let theta = self.acceleration[dof].value;
-        let second_rate =
-            if imposed { slope[BOTH[0]] * theta } else { slope[MOTOR[0]] * theta + slope[LINK[0]] * qdd };
+        let second_rate = match (imposed, in_parts) {
+            (true, _) => slope[BOTH[0]] * theta,
+            (false, true) => (slope[MOTOR[0]] - gear[MOTOR[0]]) * theta,
+            (false, false) => slope[MOTOR[0]] * theta + slope[LINK[0]] * qdd,
+        };
         h * h / 24.0 * second_rate
     }
 

@@ -62,7 +62,7 @@ impl Motion {
 }
 
 // Shortest step, s, in which springs swing.
-const SPRING_STEP: f64 = 0.001;
+const SPRING_STEP: f64 = 0.0005;
 // Seconds of a row.
 const ROW: f64 = 0.016;
 
