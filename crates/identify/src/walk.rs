@@ -28,6 +28,9 @@ pub(crate) struct Walk<'a, S> {
     pub relax: [Vec<Relaxation<S>>; 2],
     encoder: Vec<Reading<S>>,
     stages: Stages<S>,
+    // The motors halfway between grid steps. A step over the kink that their motion has where two holds meet takes the cubic
+    // through its ends instead.
+    middle: Option<&'a [Vec<Vec<f64>>; 3]>,
 }
 
 // What a Runge–Kutta step remembers: the state at its start, slopes of the last stage, weighted sums.
@@ -47,6 +50,7 @@ impl<'a, S: Kind> Walk<'a, S> {
         let zeros = || vec![S::ZERO; nv];
         let mut walk = Self {
             encoder: dynamics.reading(Sensor::JointPosition),
+            middle: record.middle.as_ref().filter(|_| record.most_parts == 1 || freedom.parts > 1),
             x: LinkState::zero(plant),
             dynamics,
             record,
@@ -224,7 +228,7 @@ impl<'a, S: Kind> Walk<'a, S> {
         for (i, joint) in self.freedom.joints.iter().enumerate() {
             let Some(j) = *joint else { continue };
             let at = |k: usize| [r.theta[j][k], r.thetad[j][k], r.thetadd[j][k]];
-            let motor = match r.middle.as_ref().map(|m| m.each_ref().map(|series| series[j][k])) {
+            let motor = match self.middle.map(|m| m.each_ref().map(|series| series[j][k])) {
                 Some(middle) if share == 0.5 => middle,
                 Some(middle) if share < 0.5 => between(at(k), middle, 0.5 * h, 2.0 * share),
                 Some(middle) => between(middle, at(k + 1), 0.5 * h, 2.0 * share - 1.0),
