@@ -117,7 +117,7 @@ fn compared(
     accepted.push(Accepted { trial: other.trial.clone(), effect, evidence, rivals, others });
     let next = search.settled_anew(with.model, |model| search.descended(model, whitener), accepted)?;
     let likelier = match (reference, &next.reference) {
-        (Some(before), Some(after)) => after.misfit < before.misfit - CHANCE,
+        (Some(before), Some(after)) => after.misfit() < before.misfit() - CHANCE,
         _ => error(search, &next, unseen) < error(search, state, unseen),
     };
     if likelier && error(search, &next, unseen) < WORSE * error(search, state, unseen) {

@@ -164,7 +164,7 @@ fn each_refused<'a>(entries: impl IntoIterator<Item = &'a Accepted>, reason: &st
 // time above all, may gain by that alone. In the −2 log likelihood of all samples the gain is gone: it falls by what the
 // rows promised and more where the effect is real. What relieves a tension promises nothing.
 fn unlikely(before: &State, after: &State) -> Option<(Trial, String)> {
-    let (old, new) = (before.reference.as_ref()?.misfit, after.reference.as_ref()?.misfit);
+    let (old, new) = (before.reference.as_ref()?.misfit(), after.reference.as_ref()?.misfit());
     let added = after.added_since(before);
     if added.iter().all(|a| a.evidence.is_relief()) {
         return None;
@@ -202,7 +202,7 @@ fn unlikely_at_once(search: &Search, state: &State, round: &mut Round) -> Vec<(T
         if evidence.is_relief() {
             return None;
         }
-        let kept = reference.misfit - form.misfit(&model.plant, &model.p)?;
+        let kept = reference.misfit() - form.misfit(&model.plant, &model.p)?;
         too_little_kept(kept, evidence.data, "the present motion")
     };
     let reasons: Vec<Option<String>> = round.passed.par_iter().map(reason).collect();

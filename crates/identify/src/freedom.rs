@@ -156,8 +156,9 @@ impl SpringsAlong {
     // Of the fastest mode that is too fast, the link of a joint that swings most.
     fn unstable(&self, mass: &Mat<f64>, imposed: &[bool], own: &[bool], fastest: f64) -> Option<usize> {
         let free = self.free(imposed);
+        let inverse = inverse_of(mass, &free)?;
         let worst = |strength: &[f64], limit: f64| {
-            let (value, mode) = fastest_mode(mass, &free, strength, limit)?;
+            let (value, mode) = fastest_mode(&inverse, &free, strength, limit)?;
             let joints = (0..free.len()).filter(|&a| own[free[a]]);
             let size = |a: &usize| mode[*a].abs();
             if value > limit {
@@ -178,8 +179,9 @@ impl SpringsAlong {
     fn parts(&self, imposed: &[bool], most: usize) -> usize {
         let free = self.free(imposed);
         let fewest = |mass: &Mat<f64>| {
-            let of =
-                |strength: &[f64]| fastest_mode(mass, &free, strength, 0.0).map_or(0.0, |(value, _)| value);
+            let inverse = inverse_of(mass, &free);
+            let mode = |strength: &[f64]| fastest_mode(inverse.as_ref()?, &free, strength, 0.0);
+            let of = |strength: &[f64]| mode(strength).map_or(0.0, |(value, _)| value);
             let (turn, decay) = (of(&self.stiffness).max(0.0).sqrt(), of(&self.damping));
             let step = most as f64 * self.step;
             let short = (step / SHORT_STEP).ceil().min((turn * step / TURN_OF_LONG_STEP).ceil());
@@ -192,12 +194,16 @@ impl SpringsAlong {
     }
 }
 
+fn inverse_of(mass: &Mat<f64>, free: &[usize]) -> Option<Mat<f64>> {
+    let n = free.len();
+    let of_free = Mat::from_fn(n, n, |a, b| mass[(free[a], free[b])]);
+    Some(Normal::new(&of_free)?.solve_many(&Mat::identity(n, n)))
+}
+
 // The largest eigenvalue of S^½ M⁻¹ S^½, which is the square of a turn or a decay, with its vector; none if it cannot be above
 // a limit.
-fn fastest_mode(mass: &Mat<f64>, free: &[usize], strength: &[f64], limit: f64) -> Option<(f64, Vec<f64>)> {
+fn fastest_mode(inverse: &Mat<f64>, free: &[usize], strength: &[f64], limit: f64) -> Option<(f64, Vec<f64>)> {
     let n = free.len();
-    let inverse =
-        Normal::new(&Mat::from_fn(n, n, |a, b| mass[(free[a], free[b])]))?.solve_many(&Mat::identity(n, n));
     let root = |a: usize| strength[free[a]].max(0.0).sqrt();
     let scaled = Mat::from_fn(n, n, |a, b| root(a) * inverse[(a, b)] * root(b));
     let trace: f64 = (0..n).map(|a| scaled[(a, a)]).sum();

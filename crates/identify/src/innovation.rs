@@ -48,9 +48,8 @@ pub(crate) struct Reference {
     measured: Vec<f64>,
     /// Standard deviation of the torque noise of every joint that moves, N·m.
     pub torque_noise: Vec<f64>,
-    /// −2 log likelihood of what was measured, by the model that the reference was taken from.
-    pub misfit: f64,
-    /// The same of what each joint that moves shows beyond what is known of the others.
+    /// −2 log likelihood of what each joint that moves shows beyond what is known of the others, by the model that the
+    /// reference was taken from.
     pub misfit_by_joint: Vec<f64>,
     /// How the logged torques are taken.
     pub torques: LoggedTorques,
@@ -210,7 +209,6 @@ impl Innovation {
         }
         let noise = noise.unwrap_or_default();
         let misfit_by_joint = pass.misfit_by_joint(&noise);
-        let misfit = misfit_by_joint.iter().sum();
         let noise_matters = pass.noise_matters(&noise);
         let motions = pass.motions.clone();
         let commanded = torques.move_without_noise.then(|| pass.commanded(&noise));
@@ -229,7 +227,6 @@ impl Innovation {
             smooth,
             measured,
             torque_noise: noise,
-            misfit,
             misfit_by_joint,
             torques,
             noise_matters,
@@ -242,6 +239,11 @@ impl Reference {
     /// The reference motion of every run, with what makes rows of it.
     pub fn records(&self) -> &[Record] {
         &self.records
+    }
+
+    /// −2 log likelihood of what was measured.
+    pub fn misfit(&self) -> f64 {
+        self.misfit_by_joint.iter().sum()
     }
 }
 

@@ -54,7 +54,7 @@ impl Search<'_> {
     fn fits_better(&self, other: &State, first: &State) -> bool {
         let penalty = |state: &State| state.fitted.model.penalty();
         match (&other.reference, &first.reference) {
-            (Some(o), Some(f)) => o.misfit + penalty(other) < f.misfit + penalty(first),
+            (Some(o), Some(f)) => o.misfit() + penalty(other) < f.misfit() + penalty(first),
             _ => {
                 let layout = self.problem.form.layout();
                 let white = first.whitener.apply(layout, &other.fitted.at.residual);

@@ -44,7 +44,7 @@ pub(crate) struct State {
 impl State {
     /// True if the model could be followed along all runs, and its noise found.
     pub fn is_finite(&self) -> bool {
-        let misfit = self.reference.as_ref().map_or(0.0, |reference| reference.misfit);
+        let misfit = self.reference.as_ref().map_or(0.0, |reference| reference.misfit());
         let numbers = [self.fitted.objective, misfit];
         numbers.iter().chain(&self.whitener.floors()).all(|x| x.is_finite()) && self.fitted.at.is_finite()
     }

@@ -123,7 +123,7 @@ impl Search<'_> {
         let mut found = None;
         for &from in starts {
             let (at, whitener, [before, value]) = self.followed(model, from);
-            let before_that = std::mem::replace(&mut misfit, form.reference()?.misfit);
+            let before_that = std::mem::replace(&mut misfit, form.reference()?.misfit());
             let falls = misfit < before_that - FALLS;
             let holds = !falls && before < MOVED * value && self.off(model, &at, &whitener) < HOLDS;
             found = Some((at, value));
@@ -192,7 +192,7 @@ impl Search<'_> {
         form.begin_anew(LoggedTorques { move_without_noise: true, ..reference.torques });
         let mut tried = model.again(self.problem)?;
         let renewed = self.renewed(&mut tried, &ONCE_MORE);
-        let falls = form.reference().is_some_and(|now| now.misfit < reference.misfit - FALLS);
+        let falls = form.reference().is_some_and(|now| now.misfit() < reference.misfit() - FALLS);
         Ok(match renewed {
             Some((found, _)) if falls => {
                 *model = tried;
