@@ -8,6 +8,7 @@ use sinew_plant::Plant;
 use crate::before;
 use crate::comparison::Prepared;
 use crate::episode::{Episode, MOST};
+use crate::first_look::FirstLook;
 use crate::innovation::Innovation;
 use crate::options::Residual;
 use crate::problem::Problem;
@@ -104,12 +105,22 @@ fn worked<T>(
     let imposed = prepared.form(robot);
     let problem = Problem::new(robot, catalogue, &imposed, options);
     let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);
-    let (innovation, why) = chosen(robot, catalogue, runs, &prepared, options)?;
-    let mut begun = Analysis { robot, prepared: &prepared, suspicions, episodes, why };
+    let why = suits(robot, &prepared, options)?;
+    let mut begun =
+        Analysis { robot, prepared: &prepared, suspicions, episodes, why: why.unwrap_or_else(|why| why) };
+    let look = || FirstLook::of(robot, catalogue, runs, &prepared, options);
+    let look = why.is_ok().then(look).flatten();
+    let innovation = match (why, &look) {
+        (Err(_), _) => None,
+        (Ok(_), None) => about_stated(robot, catalogue, runs, &prepared)?,
+        (Ok(_), Some(look)) => about_known(robot, catalogue, runs, &prepared, look)?,
+    };
     if let Some(innovation) = innovation {
         let reference = innovation.present();
         let own = Problem { form: &innovation, ..problem };
-        let mut about = Search::new(&own, reference.records(), &prepared.sensors).told_by(Some(&search));
+        let mut about = Search::new(&own, reference.records(), &prepared.sensors)
+            .told_by(Some(&search))
+            .after(look.as_ref());
         let worked = work(&mut about, &begun)?;
         let is_drowned = || is_drowned(&prepared, &innovation.present().torque_noise);
         if worked.is_named || options.residual.is_some() || !is_drowned() {
@@ -128,31 +139,65 @@ const FEW_JOINTS: usize = 3;
 const SUITED: &str = "motor torque and encoders at 200 Hz or more: their noise is treated together";
 const DROWNED: &str = "the innovation residual names nothing and finds more torque noise than there is torque: a misfit passes for noise";
 
-// The innovation residual about the model as it stands, where it is asked for or suits the runs, and why or why not.
-fn chosen(
+// Why the innovation residual is taken, or why it is not.
+fn suits(
+    robot: &Robot,
+    prepared: &Prepared,
+    options: &Options,
+) -> Result<Result<&'static str, &'static str>, IdentifyError> {
+    let impossible = Innovation::impossible(robot, &prepared.sensors);
+    match (options.residual, unsuited(robot, prepared)) {
+        (Some(Residual::Innovation), _) if impossible.is_some() => Err(IdentifyError::Question {
+            what: format!("these runs have no innovation residual: {}", impossible.unwrap_or_default()),
+            help: "leave --residual out, or say --residual imposed".to_owned(),
+        }),
+        (Some(Residual::Innovation), _) => Ok(Ok("as asked")),
+        (Some(Residual::Imposed), _) => Ok(Err("as asked")),
+        (None, None) => Ok(Ok(SUITED)),
+        (None, Some(why)) => Ok(Err(why)),
+    }
+}
+
+/// The innovation residual about the model as it is stated; none where it is impossible.
+///
+/// # Errors
+/// If the robot is no plant.
+pub(crate) fn about_stated(
     robot: &Robot,
     catalogue: &Catalogue,
     runs: &[Run],
     prepared: &Prepared,
-    options: &Options,
-) -> Result<(Option<Innovation>, &'static str), IdentifyError> {
-    let asked = options.residual;
-    let why = if asked.is_some() { "as asked" } else { unsuited(robot, prepared).unwrap_or(SUITED) };
-    if asked == Some(Residual::Imposed) || asked.is_none() && why != SUITED {
-        return Ok((None, why));
-    }
+) -> Result<Option<Innovation>, IdentifyError> {
     let Some(form) = Innovation::new(robot, runs, &prepared.sensors, prepared.scales) else {
-        let reason = Innovation::impossible(robot, &prepared.sensors).unwrap_or_default();
-        return Err(IdentifyError::Question {
-            what: format!("these runs have no innovation residual: {reason}"),
-            help: "leave --residual out, or say --residual imposed".to_owned(),
-        });
+        return Ok(None);
     };
     let plant = Plant::with_effects(robot, &prepared.base_specs(robot, catalogue), catalogue)?;
     form.renew(&plant, &plant.parameters(), Start::Kernel);
-    // On six joints it takes the search over three times as long; its help there is not measured.
-    let few = prepared.sensors.moving() <= FEW_JOINTS;
-    Ok((Some(if few { form.sure() } else { form }), why))
+    Ok(Some(with_rests(form, prepared)))
+}
+
+// The same about the model that a first look has settled.
+fn about_known(
+    robot: &Robot,
+    catalogue: &Catalogue,
+    runs: &[Run],
+    prepared: &Prepared,
+    look: &FirstLook,
+) -> Result<Option<Innovation>, IdentifyError> {
+    let Some(form) = Innovation::new(robot, runs, &prepared.sensors, prepared.scales) else {
+        return Ok(None);
+    };
+    let specs = prepared.base_specs(robot, catalogue);
+    let plant = Plant::with_effects(robot, &specs, catalogue)?;
+    form.begin_known(look.torques, &look.torque_noise);
+    let p = look.values(&specs).map_or_else(|| plant.parameters(), <[f64]>::to_vec);
+    form.renew(&plant, &p, Start::Reference);
+    Ok(Some(with_rests(form, prepared)))
+}
+
+// On six joints it takes the search over three times as long; its help there is not measured.
+fn with_rests(form: Innovation, prepared: &Prepared) -> Innovation {
+    if prepared.sensors.moving() <= FEW_JOINTS { form.sure() } else { form }
 }
 
 // True if the torque noise of a joint is larger than what was logged of its torque.

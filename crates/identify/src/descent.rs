@@ -3,9 +3,7 @@
 use sinew_effect::{Act, SWING_FREQUENCY};
 
 use crate::colour::Whitener;
-use crate::problem::{
-    Budget, Candidate, Column, Equations, Linearised, MANY, Problem, objective, straighten,
-};
+use crate::problem::{BENT, Budget, Candidate, Equations, Linearised, MANY, Problem, objective, straighten};
 use crate::refit::Fitted;
 use crate::screen::{SHIFT, Score};
 use crate::trial::{How, Trial};
@@ -35,6 +33,8 @@ const SHRINKS: usize = 4;
 // A candidate is behind where so many times what its next step promises leaves it so many times as high as the leader.
 const HOPE: f64 = 3.0;
 const BEHIND: f64 = 1.5;
+// Share of the objective that a step must gain for all columns to change with it, where they are dear.
+const MUCH: f64 = 0.1;
 const VALLEY_STEPS: usize = 6;
 // Factors on a screened strength that are tried.
 const STRENGTHS: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
@@ -114,9 +114,9 @@ impl<'a> Descent<'a> {
     }
 
     /// Levenberg–Marquardt. A descent with dear derivatives is given up where its equations promise by far less than would
-    /// take it to `leader`.
-    pub fn descend(&mut self, leader: f64) {
-        self.at.columns = self.columns(self.structural);
+    /// take it to `leader`, or less than would take it anywhere below `ceiling`.
+    pub fn descend(&mut self, leader: f64, ceiling: f64) {
+        self.begin_columns();
         let dear = self.model.unknowns.len() > MANY;
         let mut linearised = self.best;
         let mut damping = 0.0;
@@ -125,7 +125,7 @@ impl<'a> Descent<'a> {
             let equations = Equations::new(self.whitener, &self.problem, &self.model, &self.at, damping);
             let Some(equations) = equations.and_then(|e| e.bounded(&self.model)) else { return };
             let hoped = self.best - HOPE * equations.promised();
-            if self.structural && dear && hoped > BEHIND * leader {
+            if self.structural && dear && (hoped > BEHIND * leader || hoped > ceiling) {
                 return;
             }
             let before = self.model.p.clone();
@@ -136,7 +136,7 @@ impl<'a> Descent<'a> {
             if misled {
                 self.problem = self.problem.exact();
                 self.model.p = before;
-                self.at.columns = self.columns(true);
+                self.renew_all();
                 continue;
             }
             budget.spend(self.best, now);
@@ -156,8 +156,11 @@ impl<'a> Descent<'a> {
             }
             // Far from the base its columns no longer hold; near the minimum all of them do.
             let far = self.best < 0.7 * linearised && !dear;
-            if far || self.structural || gain > 0.01 * self.best {
-                self.at.columns = self.columns(self.structural || far);
+            let remade = self.structural && (!dear || gain > MUCH * self.best);
+            if far || remade {
+                self.renew_all();
+            } else if self.structural || gain > 0.01 * self.best {
+                self.renew_own();
             }
             linearised = if far { self.best } else { linearised };
         }
@@ -181,23 +184,41 @@ impl<'a> Descent<'a> {
         let (residual, white, now) = self.evaluate();
         if arrived && now < self.best {
             (self.at.residual, self.white, self.best) = (residual, white, now);
-            self.at.columns = self.columns(true);
+            self.renew_all();
         } else {
             self.model.p = kept;
         }
     }
 
-    fn columns(&self, all: bool) -> Vec<Column> {
-        let model = &self.model;
-        if all {
-            let positions: Vec<usize> = model.unknowns.iter().map(|u| u.position).collect();
-            return model.columns(&self.problem, &positions);
+    // The base's columns and the candidate's own; all of them anew where the candidate changes the structure, unless that is
+    // dear and it begins where the base is.
+    fn begin_columns(&mut self) {
+        let is_dear = self.model.unknowns.len() > MANY;
+        if self.structural && !(is_dear && self.begins_at_base()) {
+            return self.renew_all();
         }
-        let mut columns = self.base.at.columns.clone();
-        let added = self.own.iter().filter(|&&k| k >= columns.len());
-        let positions: Vec<usize> = added.map(|&k| model.unknowns[k].position).collect();
-        columns.extend(model.columns(&self.problem, &positions));
-        columns
+        self.at.columns.clone_from(&self.base.at.columns);
+        let added = self.own.iter().filter(|&&k| k >= self.at.columns.len());
+        let positions: Vec<usize> = added.map(|&k| self.model.unknowns[k].position).collect();
+        let added = self.model.columns(&self.problem, &positions);
+        self.at.columns.extend(added);
+    }
+
+    fn begins_at_base(&self) -> bool {
+        self.model.p[..self.base.model.p.len()] == self.base.model.p
+    }
+
+    fn renew_all(&mut self) {
+        let positions: Vec<usize> = self.model.unknowns.iter().map(|u| u.position).collect();
+        self.at.columns = self.model.columns(&self.problem, &positions);
+    }
+
+    fn renew_own(&mut self) {
+        let positions: Vec<usize> = self.own.iter().map(|&k| self.model.unknowns[k].position).collect();
+        let own = self.model.columns(&self.problem, &positions);
+        for (&k, column) in self.own.iter().zip(own) {
+            self.at.columns[k] = column;
+        }
     }
 }
 
@@ -238,7 +259,8 @@ fn started(
                 p[first + SWING_FREQUENCY] *= 1.0 + SHIFT * (shift / share.max(shift.abs())).clamp(-1.0, 1.0);
             }
             model.p = p;
-            if model.plant.elastic() != base.plant.elastic() {
+            // What was bent to imitate it hides a spring.
+            if model.plant.elastic() != base.plant.elastic() && base.is_bent(BENT) {
                 straighten(&base.unknowns, &mut model.p);
             }
             let mut new = Unknown::of_effect(&model.plant, effect);

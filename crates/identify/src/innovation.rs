@@ -139,6 +139,12 @@ impl Innovation {
         self
     }
 
+    /// Begins with the kernel's motion of every run, torques taken so, and torque noise that is known.
+    pub fn begin_known(&self, torques: LoggedTorques, torque_noise: &[f64]) {
+        let (motions, torque_noise) = (self.smooth.clone(), torque_noise.to_vec());
+        self.adopt(&Arc::new(Reference { torques, motions, torque_noise, ..Reference::default() }));
+    }
+
     /// The present reference.
     pub fn present(&self) -> Arc<Reference> {
         Arc::clone(&self.reference.read().unwrap_or_else(PoisonError::into_inner))

@@ -17,6 +17,7 @@ mod error;
 mod exchange;
 mod explore;
 mod features;
+mod first_look;
 mod fitting;
 mod freedom;
 mod gates;

@@ -59,6 +59,9 @@ pub(crate) struct Candidate {
     pub p: Vec<f64>,
 }
 
+/// Standard deviations from its stated value beyond which a parameter is bent.
+pub(crate) const BENT: f64 = 4.0;
+
 /// Every unknown of which something is stated back to what was stated, among the parameters `p`: what was bent to
 /// imitate a missing effect hides it.
 pub(crate) fn straighten(unknowns: &[Unknown], p: &mut [f64]) {
@@ -300,6 +303,8 @@ impl Equations {
     /// The same with every unknown that would leave its range held where it may go, so that the others do not count on
     /// the rest of its step.
     pub fn bounded(mut self, model: &Candidate) -> Option<Self> {
+        // What holds an unknown is no part of what a step promises.
+        let (mut a, mut g) = (self.a.clone(), self.g.clone());
         let mut held = vec![false; model.unknowns.len()];
         for _ in 0..BOUND_ROUNDS {
             let mut changed = false;
@@ -310,17 +315,17 @@ impl Equations {
                 let from = model.p[unknown.position];
                 let allowed = unknown.moved(from, self.step[k]) - from;
                 if (allowed - self.step[k]).abs() > 1e-6 * unknown.scale {
-                    let weight = HELD * self.a[(k, k)];
-                    self.a[(k, k)] += weight;
-                    self.g[k] += weight * allowed;
+                    let weight = HELD * a[(k, k)];
+                    a[(k, k)] += weight;
+                    g[k] += weight * allowed;
                     (held[k], changed) = (true, true);
                 }
             }
             if !changed {
                 break;
             }
-            self.normal = Normal::new(&self.a)?;
-            self.step = self.normal.solve(&self.g);
+            self.normal = Normal::new(&a)?;
+            self.step = self.normal.solve(&g);
         }
         Some(self)
     }

@@ -8,6 +8,7 @@ use crate::least_squares::{Normal, cross, dot, matrix};
 use crate::problem::{Candidate, Equations, Linearised, MANY, Problem, objective};
 use crate::residual::Layout;
 use crate::screen::Score;
+use crate::starts::LEAST_DROP;
 use crate::trial::{How, Trial};
 use crate::unknowns::Unknown;
 
@@ -69,7 +70,7 @@ pub(crate) fn refit(
         descent.scan();
         descent.shrink();
     }
-    descent.descend(leader);
+    descent.descend(leader, base.objective - LEAST_DROP);
     let structural_rival = trial.card.rivals.iter().any(|r| r.structural);
     let falls_short = || descent.best > base.objective - 0.1 * score.drop;
     if structural_rival && score.drop > 30.0 && (falls_short() || descent.model.penalty() > STRAINED) {
@@ -206,7 +207,11 @@ fn at_its_bound(model: &Candidate, own: &[usize]) -> Option<String> {
 // Share of a bound by which a shape has reached it.
 const AT_BOUND: f64 = 0.01;
 
-// Times below a sample period are a matter of how the log was written, not of the robot.
+// Times below the period of the commands, of which a slow log may keep one of several, are a matter of how the log was
+// written, not of the robot; what a log keeps of the others tells no less than half of its own period either.
+const COMMANDS: f64 = 1e-3;
+const TOLD: f64 = 0.5;
+
 fn shorter_than_a_sample(model: &Candidate, own: &[usize], period: f64) -> Option<String> {
     let of = |k: &usize| {
         let unknown = &model.unknowns[*k];
@@ -215,7 +220,8 @@ fn shorter_than_a_sample(model: &Candidate, own: &[usize], period: f64) -> Optio
         (parameter.unit == "s" && !unknown.shape).then_some(model.p[unknown.position].abs())
     };
     let time = own.iter().filter_map(of).fold(f64::NAN, f64::max);
-    (time < period).then(|| format!("{:.2} ms are less than one sample", 1e3 * time))
+    let least = period.min(COMMANDS.max(TOLD * period));
+    (time < least).then(|| format!("{:.2} ms are less than this log tells of times", 1e3 * time))
 }
 
 // χ² of the priors at the end of a descent above which a candidate that scales them all may not have arrived.

@@ -9,7 +9,7 @@ use sinew_plant::Plant;
 
 use crate::freedom::Springs;
 use crate::least_squares::{Normal, cross, dot, matrix};
-use crate::problem::{Candidate, Equations, Problem, straighten};
+use crate::problem::{BENT, Candidate, Equations, Problem, straighten};
 use crate::residual::Grid;
 use crate::trial::{How, Trial};
 
@@ -106,7 +106,7 @@ fn secants(
     let Some(plant) = extended(family[0]).map(|c| c.plant) else { return vec![None; family.len()] };
     let swings = family[0].swings();
     let mut stated = model.p.clone();
-    if !swings && plant.elastic() != model.plant.elastic() {
+    if !swings && plant.elastic() != model.plant.elastic() && model.is_bent(BENT) {
         straighten(&model.unknowns, &mut stated);
     }
     let shifts: &[f64] = if swings { &[1.0, 1.0 + SHIFT] } else { &[1.0] };

@@ -1,5 +1,6 @@
 //! The search: screen, refit, accept, prune, until nothing in the catalogue passes the gates.
 
+use std::collections::BTreeSet;
 use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
@@ -11,16 +12,17 @@ use crate::IdentifyError;
 use crate::colour::{Whitener, rows_of};
 use crate::exchange::{Other, others};
 use crate::features::random_features;
+use crate::first_look::FirstLook;
 use crate::freedom::Springs;
 use crate::gates::z_between;
 use crate::innovation::Reference;
-use crate::problem::{Candidate, Equations, MANY, Problem, refine};
+use crate::problem::{BENT, Candidate, Equations, MANY, Problem, refine};
 use crate::record::{Record, Sensors};
 use crate::refit::{Base, Fitted, Refit, refit};
 use crate::report::Refusal;
 use crate::screen::{Score, Screen, all_columns};
 use crate::spread::channel_std;
-use crate::starts::{best_starts, impossible_starts, lowest_of_each, short_list, with_lines};
+use crate::starts::{best_starts, impossible_starts, lowest_of_each, promising, short_list, with_lines};
 use crate::swings::{Swing, swings};
 use crate::trial::{How, Offer, Trial};
 use crate::unknowns::Unknown;
@@ -100,10 +102,14 @@ pub(crate) struct Search<'a> {
     pub sensors: &'a Sensors,
     // The same runs under the residual in whose units errors are told, if that is another one.
     yardstick: Option<&'a Search<'a>>,
+    // What a first look at a part of the runs has found.
+    look: Option<&'a FirstLook>,
     pub channel_std: Vec<f64>,
     pub refusals: Vec<Refusal>,
     /// Labels of candidates that are not offered again.
     pub banned: Vec<String>,
+    /// Labels of candidates that explained something in any round.
+    pub promising: BTreeSet<String>,
     // What depends on the runs only, made when it is first asked for.
     features: OnceLock<Vec<Vec<f64>>>,
     waves: OnceLock<Vec<Waves>>,
@@ -121,8 +127,6 @@ pub(crate) struct Round {
 
 // Most candidates refitted from a screen about the stated values.
 const STATED_LIST: usize = 4;
-// Standard deviations from its stated value beyond which a parameter is bent.
-const BENT: f64 = 4.0;
 // Mean square of the whitened rows up to which a candidate leaves little to find about the stated values.
 const UNEXPLAINED: f64 = 1.2;
 // Share of the present objective that a candidate leaves which explains nearly all of it.
@@ -142,9 +146,11 @@ impl<'a> Search<'a> {
             records,
             sensors,
             yardstick: None,
+            look: None,
             channel_std,
             refusals: Vec::new(),
             banned: Vec::new(),
+            promising: BTreeSet::new(),
             features: OnceLock::new(),
             waves: OnceLock::new(),
         }
@@ -153,6 +159,11 @@ impl<'a> Search<'a> {
     /// The same with errors told in the rows of another search on the same runs.
     pub fn told_by(self, yardstick: Option<&'a Search<'a>>) -> Self {
         Self { yardstick, ..self }
+    }
+
+    /// The same after a first look at a part of the runs.
+    pub fn after(self, look: Option<&'a FirstLook>) -> Self {
+        Self { look, ..self }
     }
 
     /// The search in whose rows errors are told.
@@ -178,9 +189,11 @@ impl<'a> Search<'a> {
             records: self.records,
             sensors: self.sensors,
             yardstick: None,
+            look: None,
             channel_std: self.channel_std.clone(),
             refusals: Vec::new(),
             banned: self.banned.clone(),
+            promising: BTreeSet::new(),
             features: self.features.clone(),
             waves: self.waves.clone(),
         }
@@ -188,13 +201,16 @@ impl<'a> Search<'a> {
 
     /// The base fit: every parameter within its tolerance, and the noise it leaves.
     pub fn base(&self, specs: Vec<EffectSpec>) -> Result<State, IdentifyError> {
-        let (model, at) = self.fitted(specs, 12)?;
-        self.with_other_springs(self.settled_base(model, at)?)
+        let known = self.look.and_then(|look| look.values(&specs));
+        let (model, at) = self.fitted(specs, known, 12)?;
+        let settled =
+            if known.is_some() { self.settled_again(model, at) } else { self.settled_base(model, at) };
+        self.with_other_springs(settled?)
     }
 
     /// The reachable floor of every channel: what a fit of everything the catalogue offers would leave.
     pub fn floors(&self, specs: Vec<EffectSpec>) -> Result<Vec<f64>, IdentifyError> {
-        let (model, at) = self.fitted(specs, 5)?;
+        let (model, at) = self.fitted(specs, None, 5)?;
         Ok(self.saturated(self.problem, &model, &at).whitener.floors())
     }
 
@@ -222,12 +238,17 @@ impl<'a> Search<'a> {
         Saturated { trials, columns, whitener }
     }
 
+    // The fit of a model from what is stated, or from known values.
     fn fitted(
         &self,
         specs: Vec<EffectSpec>,
+        known: Option<&[f64]>,
         iterations: usize,
     ) -> Result<(Candidate, crate::problem::Linearised), IdentifyError> {
         let mut model = Candidate::new(self.problem, specs)?;
+        if let Some(known) = known {
+            model.p.copy_from_slice(known);
+        }
         let mut at = model.linearise(self.problem);
         let layout = self.problem.form.layout();
         if let Some(k) = at.residual.iter().position(|x| !x.is_finite()) {
@@ -301,7 +322,14 @@ impl<'a> Search<'a> {
             harmonics: &harmonics,
             swings: &self.swings(&scaled),
         };
-        offer.trials().into_iter().filter(|t| !self.banned.contains(&t.label())).collect()
+        offer.trials().into_iter().filter(|trial| self.is_offered(trial)).collect()
+    }
+
+    // What is banned is not; what needs a prediction of its own along a long log only if it explained something in a part.
+    fn is_offered(&self, trial: &Trial) -> bool {
+        let label = trial.label();
+        let is_known = self.look.is_none_or(|look| look.promising.contains(&label));
+        (is_known || trial.exact_spec().is_none()) && !self.banned.contains(&label)
     }
 
     // The lines of every channel's rows.
@@ -338,6 +366,7 @@ impl<'a> Search<'a> {
         let Some(scores) = self.scores(&state.fitted, state, &state.columns) else {
             return Round { passed: Vec::new(), failed: Vec::new(), scores: Vec::new() };
         };
+        self.promising.extend(promising(trials, &scores));
         for k in impossible_starts(trials, &scores) {
             if let Some(reason) = scores[k].as_ref().and_then(|s| s.out.clone()) {
                 self.refuse(&trials[k], step, reason);
@@ -374,6 +403,7 @@ impl<'a> Search<'a> {
         if let Some(Stated { fitted, columns }) = &stated
             && let Some(scores) = self.scores(fitted, state, columns)
         {
+            self.promising.extend(promising(trials, &scores));
             let is_new = |&k: &usize| matches!(trials[k].how, How::New { .. });
             let best: Vec<usize> =
                 best_starts(trials, &scores).into_iter().filter(is_new).take(STATED_LIST).collect();

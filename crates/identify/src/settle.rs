@@ -32,9 +32,15 @@ const FAR_BENT: f64 = 10.0;
 impl Search<'_> {
     /// A base settled about a reference of its own, with the logged torques taken as the log says.
     pub fn settled_base(&self, mut model: Candidate, at: Linearised) -> Result<State, IdentifyError> {
-        let at = self.led(&mut model, |_| at, true);
+        let at = self.led(&mut model, &RENEWALS, |_| at, true);
         let at = self.with_torques_of_moments(&mut model, at)?;
         let at = self.without_noise(&mut model, at)?;
+        self.settled(model, at, Vec::new())
+    }
+
+    /// The same of a model that a first look at a part of the runs has settled: as torques are logged is known.
+    pub fn settled_again(&self, mut model: Candidate, at: Linearised) -> Result<State, IdentifyError> {
+        let at = self.led(&mut model, &ONCE_MORE, |_| at, true);
         self.settled(model, at, Vec::new())
     }
 
@@ -45,17 +51,18 @@ impl Search<'_> {
         descend: impl FnOnce(&mut Candidate) -> Linearised,
         accepted: Vec<Accepted>,
     ) -> Result<State, IdentifyError> {
-        let at = self.led(&mut model, descend, accepted.is_empty());
+        let at = self.led(&mut model, &RENEWALS, descend, accepted.is_empty());
         self.settled(model, at, accepted)
     }
 
     fn led(
         &self,
         model: &mut Candidate,
+        starts: &[Start],
         descend: impl FnOnce(&mut Candidate) -> Linearised,
         is_base: bool,
     ) -> Linearised {
-        match self.renewed(model, &RENEWALS) {
+        match self.renewed(model, starts) {
             None => descend(model),
             Some((at, value)) if !self.is_doubtful(model, value, is_base) => at,
             Some(first) => {
@@ -165,8 +172,10 @@ impl Search<'_> {
         for share in MOMENTS {
             let torques = LoggedTorques { early: share * form.layout().period, ..reference.torques };
             form.begin_anew(torques);
-            let mut tried = model.again(self.problem)?;
-            let (_, _, [_, now]) = self.followed(&mut tried, Start::Kernel);
+            let mut tried = best.as_ref().map_or(&*model, |(_, tried)| tried).again(self.problem)?;
+            // How likely it is, by the model that has followed.
+            self.followed(&mut tried, Start::Kernel);
+            let (_, _, [_, now]) = self.followed(&mut tried, Start::Reference);
             let Some(found) = form.reference() else { break };
             let fits = now < CLEARLY * value && now < value - FALLS;
             if !fits && !is_likelier(&likely, &found.misfit_by_joint) {
@@ -182,7 +191,7 @@ impl Search<'_> {
         };
         form.begin_anew(torques);
         *model = tried;
-        Ok(self.led(model, |model| self.descended(model, &whitener), true))
+        Ok(self.led(model, &RENEWALS, |model| self.descended(model, &whitener), true))
     }
 
     // Torque noise that moves the joints is in their accelerations: without it, if that makes the log likelier.

@@ -15,6 +15,15 @@ pub(crate) fn impossible_starts(trials: &[Trial], scores: &[Option<Score>]) -> V
     best_by_label(trials, scores, |s| s.out.is_some() && s.drop > WORTH_A_WORD)
 }
 
+/// Labels of trials that explain something, be it by chance.
+pub(crate) fn promising(trials: &[Trial], scores: &[Option<Score>]) -> impl Iterator<Item = String> {
+    let least = |trial: &Trial| if trial.swings() { PROMISING_SWING } else { PROMISING };
+    let explains = move |(trial, score): &(&Trial, &Option<Score>)| {
+        score.as_ref().is_some_and(|s| s.drop >= least(trial))
+    };
+    trials.iter().zip(scores).filter(explains).map(|(trial, _)| trial.label())
+}
+
 /// What is refitted in a round: the best start values of each effect and place, the best by the fall of the objective,
 /// not too many of one place where `joints` joints move.
 pub(crate) fn short_list(trials: &[Trial], scores: &[Option<Score>], joints: usize) -> Vec<usize> {
@@ -88,8 +97,12 @@ pub(crate) fn lowest_of_each(refits: impl Iterator<Item = Refit>) -> Vec<Refit> 
     lowest
 }
 
+// Falls of the objective along a part of a log below which a trial is left out along the whole of it; a swing has many starts,
+// each with two columns.
+const PROMISING: f64 = 2.0;
+const PROMISING_SWING: f64 = 8.0;
 // Falls of the objective below which a trial is not refitted, and above which an impossible one is told.
-const LEAST_DROP: f64 = 12.0;
+pub(crate) const LEAST_DROP: f64 = 12.0;
 const WORTH_A_WORD: f64 = 30.0;
 // Most candidates refitted in a round, and fewest and most for one place.
 const SHORT_LIST: usize = 8;

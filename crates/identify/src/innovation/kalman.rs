@@ -7,6 +7,8 @@
 
 use std::ops::Range;
 
+use sinew_model::wide;
+
 use super::system::{Joint, SENSORS, Shown, State, System};
 use crate::least_squares::add;
 
@@ -94,6 +96,23 @@ macro_rules! by_size {
             _ => $kalman.$method::<{ 4 * GROUP }, 4>($($argument),*),
         }
     };
+}
+
+// The form of a function that suits the machine: all do the same operations in the same order on each number.
+macro_rules! widest {
+    ($plain:expr, $wide:expr, $wider:expr) => {{
+        #[cfg(target_arch = "x86_64")]
+        if wide::eight() {
+            // SAFETY: the machine has the instructions that the function is compiled for.
+            return unsafe { $wider };
+        }
+        #[cfg(target_arch = "x86_64")]
+        if wide::four() {
+            // SAFETY: as above.
+            return unsafe { $wide };
+        }
+        $plain
+    }};
 }
 
 impl Kalman<'_> {
@@ -313,17 +332,18 @@ struct Step<const D: usize> {
 impl<const D: usize> Step<D> {
     // P⁻ = Φ P Φᵀ + Q
     fn forward(&self, p: &Matrix<D>) -> Matrix<D> {
-        #[cfg(target_arch = "x86_64")]
-        if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
-            // SAFETY: the machine has the instructions that the function is compiled for.
-            return unsafe { self.forward_avx2(p) };
-        }
+        widest!(self.forward_plain(p), self.forward_wide(p), self.forward_wider(p))
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn forward_wide(&self, p: &Matrix<D>) -> Matrix<D> {
         self.forward_plain(p)
     }
 
     #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,fma")]
-    fn forward_avx2(&self, p: &Matrix<D>) -> Matrix<D> {
+    #[target_feature(enable = "avx512f,avx512dq")]
+    fn forward_wider(&self, p: &Matrix<D>) -> Matrix<D> {
         self.forward_plain(p)
     }
 
@@ -364,6 +384,42 @@ fn update<const D: usize, const S: usize>(
     shown: Shown,
     variance: f64,
 ) -> Gain<D> {
+    widest!(
+        update_plain::<D, S>(p, joint, shown, variance),
+        update_wide::<D, S>(p, joint, shown, variance),
+        update_wider::<D, S>(p, joint, shown, variance)
+    )
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn update_wide<const D: usize, const S: usize>(
+    p: &mut Matrix<D>,
+    joint: usize,
+    shown: Shown,
+    variance: f64,
+) -> Gain<D> {
+    update_plain::<D, S>(p, joint, shown, variance)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512dq")]
+fn update_wider<const D: usize, const S: usize>(
+    p: &mut Matrix<D>,
+    joint: usize,
+    shown: Shown,
+    variance: f64,
+) -> Gain<D> {
+    update_plain::<D, S>(p, joint, shown, variance)
+}
+
+#[inline(always)]
+fn update_plain<const D: usize, const S: usize>(
+    p: &mut Matrix<D>,
+    joint: usize,
+    shown: Shown,
+    variance: f64,
+) -> Gain<D> {
     let row = match shown {
         Shown::State(state) => p[S * joint + state],
         Shown::Sum(c) => {
@@ -373,10 +429,10 @@ fn update<const D: usize, const S: usize>(
         }
     };
     let s = shown.of(&row[S * joint..S * (joint + 1)]) + variance;
-    let mut gain = Gain { column: [0.0; D], white: 1.0 / s.sqrt() };
-    for (p, (gain, seen)) in p.iter_mut().zip(gain.column.iter_mut().zip(row)) {
-        *gain = seen / s;
-        add(p, -*gain, &row);
+    let gain = Gain { column: row.map(|seen| seen / s), white: 1.0 / s.sqrt() };
+    // A sensor tells nothing of the link that a rigid joint does not have.
+    for (p, k) in p.iter_mut().zip(gain.column).filter(|(_, k)| *k != 0.0) {
+        add(p, -k, &row);
     }
     gain
 }

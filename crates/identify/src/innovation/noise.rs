@@ -18,7 +18,8 @@ impl Pass<'_> {
 
     fn noise_of(&self, group: Range<usize>, before: Option<&[f64]>) -> Vec<f64> {
         let joints = self.form.joints.len();
-        let used = LIKELIHOOD_SAMPLES / self.records.len();
+        let samples = if group.len() > FEW { LIKELIHOOD_SAMPLES / 2 } else { LIKELIHOOD_SAMPLES };
+        let used = samples / self.records.len();
         let runs = || 0..self.records.len();
         let mut noise = vec![0.0; joints];
         for joint in group.clone() {
@@ -70,16 +71,35 @@ impl Pass<'_> {
             Some(before) if group.len() > 1 && misfit(before) < misfit(&noise) => (before.to_vec(), 1),
             _ => (together(lowest(HIGHEST, |x| misfit(&together(x)))), SWEEPS),
         };
-        for _ in 0..if group.len() > 1 { sweeps } else { 0 } {
+        // A little more, as it is, and a little less of one joint.
+        let about = |noise: &[f64], joint: usize| -> [Vec<Blocks>; 3] {
+            let at = |factor: f64| blocks(&with(noise, joint, factor * noise[joint]));
+            let (more, (here, less)) =
+                rayon::join(|| at(RATIO), || rayon::join(|| at(1.0), || at(1.0 / RATIO)));
+            [more, here, less]
+        };
+        let sum = |blocks: &Vec<Blocks>| blocks.iter().map(Blocks::sum).sum::<f64>();
+        for _ in 1..sweeps {
             for joint in group.clone() {
-                noise[joint] = lowest(AGAIN * noise[joint], |x| misfit(&with(&noise, joint, x)));
+                let sums = about(&noise, joint).each_ref().map(sum);
+                noise[joint] = lowest_about(noise[joint], sums, |x| misfit(&with(&noise, joint, x)));
             }
         }
         // Where the model is wrong now and then, all samples together make too much of it.
+        let mut typical = vec![f64::INFINITY; joints];
         for joint in group.clone() {
-            let typical = lowest(RATIO * noise[joint], |x| blocks(&with(&noise, joint, x))[joint].typical());
-            if typical < CLEARLY_LESS * noise[joint] {
-                noise[joint] = typical;
+            let near = about(&noise, joint);
+            let of = |blocks: &Vec<Blocks>| blocks[joint].typical();
+            let value = |x: f64| of(&blocks(&with(&noise, joint, x)));
+            typical[joint] = lowest_about(noise[joint], near.each_ref().map(of), value);
+            if group.len() > 1 {
+                let value = |x: f64| misfit(&with(&noise, joint, x));
+                noise[joint] = lowest_about(noise[joint], near.each_ref().map(sum), value);
+            }
+        }
+        for joint in group.clone() {
+            if typical[joint] < CLEARLY_LESS * noise[joint] {
+                noise[joint] = typical[joint];
             }
         }
         noise[group].to_vec()
@@ -134,18 +154,37 @@ impl Blocks {
 const CLEARLY_LESS: f64 = 0.8;
 // Seconds of a block in which a noise is looked at.
 const NOISE_BLOCK: f64 = 0.25;
-// Samples of all runs that the likelihood of a noise looks at.
+// Samples of all runs that the likelihood of a noise looks at; half of them for groups of more joints than these, of which a
+// sample takes ten times as long.
 const LIKELIHOOD_SAMPLES: usize = 6000;
+const FEW: usize = 3;
 // A sample moves at this share of the top speed; the first seconds are left out.
 const MOVING: f64 = 0.02;
 const SETTLED: f64 = 0.5;
 // Where the search begins, in units of what the model leaves; its grid; its end as a share of its start; times that the
-// joints of one group are searched one by one, and where such a search begins.
+// joints of one group are searched one by one.
 const HIGHEST: f64 = 4.0;
 const RATIO: f64 = 1.5;
 const LOWEST: f64 = 1e-4;
 const SWEEPS: usize = 2;
-const AGAIN: f64 = 2.0;
+
+// The minimum next to `x`, by what is there and a step above and below it; where it is not between them, it is searched for.
+fn lowest_about(x: f64, [above, here, below]: [f64; 3], misfit: impl Fn(f64) -> f64 + Sync) -> f64 {
+    if here <= above && here <= below {
+        vertex(x, [above, here, below])
+    } else if below < here {
+        lowest(x, misfit)
+    } else {
+        lowest(HIGHEST * x, misfit)
+    }
+}
+
+// Where a parabola in ln x is lowest, by its values a step above x, at x and a step below it.
+fn vertex(x: f64, [above, here, below]: [f64; 3]) -> f64 {
+    let bend = above - 2.0 * here + below;
+    let shift = if bend > 0.0 { (0.5 * (above - below) / bend).clamp(-1.0, 1.0) } else { 0.0 };
+    x * RATIO.powf(-shift)
+}
 
 // The first minimum from `top` downwards, by a parabola in ln x. Two points are looked at side by side.
 fn lowest(top: f64, misfit: impl Fn(f64) -> f64 + Sync) -> f64 {
@@ -156,10 +195,7 @@ fn lowest(top: f64, misfit: impl Fn(f64) -> f64 + Sync) -> f64 {
             values.push(value);
             let n = values.len();
             if n >= 3 && values[n - 1] > values[n - 2] {
-                let (a, b, c) = (values[n - 3], values[n - 2], values[n - 1]);
-                let bend = a - 2.0 * b + c;
-                let shift = if bend > 0.0 { (0.5 * (a - c) / bend).clamp(-1.0, 1.0) } else { 0.0 };
-                return x * RATIO * RATIO.powf(-shift);
+                return vertex(x * RATIO, [values[n - 3], values[n - 2], values[n - 1]]);
             }
             x /= RATIO;
         }

@@ -1,0 +1,127 @@
+//! A first look at a part of a long log: where its model settles, how its torques are logged, and which candidates are
+//! worth the dear part of a screen along the whole of it.
+
+use std::collections::BTreeSet;
+
+use sinew_data::Run;
+use sinew_effect::Catalogue;
+use sinew_model::{EffectSpec, Robot};
+
+use crate::analysis::about_stated;
+use crate::comparison::Prepared;
+use crate::explore::explore;
+use crate::problem::Problem;
+use crate::residual::LoggedTorques;
+use crate::search::Search;
+use crate::{IdentifyError, Options};
+
+/// What a first look leaves for the search of the whole log.
+pub(crate) struct FirstLook {
+    specs: Vec<EffectSpec>,
+    values: Vec<f64>,
+    /// How the logged torques are taken.
+    pub torques: LoggedTorques,
+    /// Standard deviation of the torque noise of every joint that moves, N·m.
+    pub torque_noise: Vec<f64>,
+    /// Labels of the candidates that explained something in any of its rounds.
+    pub promising: BTreeSet<String>,
+}
+
+// Samples of all runs beyond which a log is long, and those of its part.
+const LONG: usize = 24_000;
+const PART: usize = 12_000;
+// Least samples of a run in the part, and least share of the speeds of the whole log with which every joint moves there.
+const LEAST: usize = 4_000;
+const LIKE_WHOLE: f64 = 0.5;
+
+impl FirstLook {
+    /// The first look at these runs; none where they are not long, or no part of them is like the whole.
+    pub fn of(
+        robot: &Robot,
+        catalogue: &Catalogue,
+        runs: &[Run],
+        prepared: &Prepared,
+        options: &Options,
+    ) -> Option<Self> {
+        let part = part(runs)?;
+        let of_part = Prepared::with(robot, &part, prepared.sensors.clone(), prepared.scales).ok()?;
+        if !moves_like(&of_part, prepared) {
+            return None;
+        }
+        Self::at(robot, catalogue, &part, &of_part, options).ok().flatten()
+    }
+
+    fn at(
+        robot: &Robot,
+        catalogue: &Catalogue,
+        runs: &[Run],
+        prepared: &Prepared,
+        options: &Options,
+    ) -> Result<Option<Self>, IdentifyError> {
+        let Some(form) = about_stated(robot, catalogue, runs, prepared)? else { return Ok(None) };
+        let reference = form.present();
+        let problem = Problem::new(robot, catalogue, &form, options);
+        let mut search = Search::new(&problem, reference.records(), &prepared.sensors);
+        let base = search.base(prepared.base_specs(robot, catalogue))?;
+        let Some(reference) = base.reference.clone().filter(|_| base.is_finite()) else { return Ok(None) };
+        let (specs, values) = (base.fitted.model.specs.clone(), base.fitted.model.p.clone());
+        explore(&mut search, base, None)?;
+        let (torques, torque_noise) = (reference.torques, reference.torque_noise.clone());
+        Ok(Some(Self { specs, values, torques, torque_noise, promising: search.promising }))
+    }
+
+    /// The values at which a model of these effects settled; none of other effects.
+    pub fn values(&self, specs: &[EffectSpec]) -> Option<&[f64]> {
+        let mut pairs = self.specs.iter().zip(specs);
+        let are_alike = self.specs.len() == specs.len() && pairs.all(|(a, b)| a.is_same_as(b));
+        are_alike.then_some(&self.values)
+    }
+}
+
+// The first seconds of some of the runs, as long as they need to be; none of runs that are not long.
+fn part(runs: &[Run]) -> Option<Vec<Run>> {
+    let all: usize = runs.iter().map(|run| run.time.len()).sum();
+    if all <= LONG {
+        return None;
+    }
+    let count = (PART / LEAST).min(runs.len());
+    let kept = (0..count).map(|k| &runs[k * runs.len() / count]);
+    let of = |run: &Run| {
+        let end = run.time[(PART / count).min(run.time.len() - 1)];
+        run.window(0.0, end - run.time[0]).ok()
+    };
+    kept.map(of).collect()
+}
+
+// True if every joint moves in the part about as fast as in the whole.
+fn moves_like(part: &Prepared, whole: &Prepared) -> bool {
+    let square = |prepared: &Prepared, dof: usize| {
+        let speeds = || prepared.records.iter().flat_map(|record| &record.thetad[dof]);
+        speeds().map(|v| v * v).sum::<f64>() / speeds().count().max(1) as f64
+    };
+    let moving = (0..whole.sensors.imposed.len()).filter(|&dof| whole.sensors.imposed[dof].is_some());
+    moving.into_iter().all(|dof| square(part, dof) >= LIKE_WHOLE * LIKE_WHOLE * square(whole, dof))
+}
+
+#[cfg(test)]
+mod tests {
+    use sinew_data::{Quantity, Signal};
+
+    use super::*;
+
+    fn run(seconds: f64) -> Run {
+        let time: Vec<f64> = (0..(1e3 * seconds) as usize).map(|k| 1e-3 * k as f64).collect();
+        let values = time.iter().map(|t| t.sin()).collect();
+        Run::new("sine".to_owned(), time, vec![Signal::new(Quantity::MotorPosition, "j", values)]).unwrap()
+    }
+
+    #[test]
+    fn a_part_is_taken_of_long_logs_only_and_of_several_runs() {
+        assert!(part(&[run(20.0)]).is_none());
+        let lengths =
+            |runs: &[Run]| -> Vec<usize> { part(runs).unwrap().iter().map(|run| run.time.len()).collect() };
+        assert_eq!(lengths(&[run(60.0)]), [PART]);
+        assert_eq!(lengths(&[run(15.0), run(15.0)]), [PART / 2; 2]);
+        assert_eq!(lengths(&vec![run(5.0); 7]), [PART / 3; 3]);
+    }
+}
