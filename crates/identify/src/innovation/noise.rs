@@ -67,9 +67,10 @@ impl Pass<'_> {
         };
         // All of them together, then each by itself; a joint whose noise fell far may let that of the others fall.
         let together = |x: f64| -> Vec<f64> { noise.iter().map(|n| x * n).collect() };
+        let is_alone = group.len() == 1;
         let (mut noise, sweeps) = match before {
-            Some(before) if group.len() > 1 && misfit(before) < misfit(&noise) => (before.to_vec(), 1),
-            _ => (together(lowest(HIGHEST, |x| misfit(&together(x)))), SWEEPS),
+            Some(before) if !is_alone && misfit(before) < misfit(&noise) => (before.to_vec(), 1),
+            _ => (together(lowest(HIGHEST, |x| misfit(&together(x)))), if is_alone { 1 } else { SWEEPS }),
         };
         // A little more, as it is, and a little less of one joint.
         let about = |noise: &[f64], joint: usize| -> [Vec<Blocks>; 3] {
@@ -92,7 +93,7 @@ impl Pass<'_> {
             let of = |blocks: &Vec<Blocks>| blocks[joint].typical();
             let value = |x: f64| of(&blocks(&with(&noise, joint, x)));
             typical[joint] = lowest_about(noise[joint], near.each_ref().map(of), value);
-            if group.len() > 1 {
+            if !is_alone {
                 let value = |x: f64| misfit(&with(&noise, joint, x));
                 noise[joint] = lowest_about(noise[joint], near.each_ref().map(sum), value);
             }
