@@ -50,6 +50,15 @@ pub(crate) struct LeftOver {
     pub is_rest_noise: bool,
 }
 
+/// What runs are analysed for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Aim {
+    /// Effects are looked for: a long log is first looked at in part.
+    Search,
+    /// The parameters of a given model: everything from the whole log.
+    Fit,
+}
+
 /// Does `work` with a search of the runs. Where it names nothing and a misfit passed for torque noise, the work is done
 /// once more with the imposed residual; where all that is left is confined to episodes, once more without them. Where one stands
 /// out of what the base leaves, the work is tried without it, too: what acts once bends a model so far that the rest fits no
@@ -62,15 +71,16 @@ pub(crate) fn analysed<T>(
     catalogue: &Catalogue,
     runs: &[Run],
     options: &Options,
+    aim: Aim,
     work: impl Fn(&mut Search, &Analysis) -> Result<Worked<T>, IdentifyError>,
 ) -> Result<T, IdentifyError> {
     let without = |episodes: &[Episode]| {
         if episodes.is_empty() {
-            return worked(robot, catalogue, runs, options, Vec::new(), &work);
+            return worked(robot, catalogue, runs, options, aim, Vec::new(), &work);
         }
         let mut rest = runs.to_vec();
         episodes.iter().for_each(|e| rest[e.record].left_out.push(e.window));
-        worked(robot, catalogue, &rest, options, episodes.to_vec(), &work)
+        worked(robot, catalogue, &rest, options, aim, episodes.to_vec(), &work)
     };
     Ok(answered(without(&[])?, &[], &without)?.0)
 }
@@ -97,6 +107,7 @@ fn worked<T>(
     catalogue: &Catalogue,
     runs: &[Run],
     options: &Options,
+    aim: Aim,
     episodes: Vec<Episode>,
     work: impl Fn(&mut Search, &Analysis) -> Result<Worked<T>, IdentifyError>,
 ) -> Result<Worked<T>, IdentifyError> {
@@ -109,7 +120,7 @@ fn worked<T>(
     let mut begun =
         Analysis { robot, prepared: &prepared, suspicions, episodes, why: why.unwrap_or_else(|why| why) };
     let look = || FirstLook::of(robot, catalogue, runs, &prepared, options);
-    let look = why.is_ok().then(look).flatten();
+    let look = (why.is_ok() && aim == Aim::Search).then(look).flatten();
     let innovation = match (why, &look) {
         (Err(_), _) => None,
         (Ok(_), None) => about_stated(robot, catalogue, runs, &prepared)?,

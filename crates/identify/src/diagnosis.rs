@@ -6,7 +6,7 @@ use sinew_data::Run;
 use sinew_effect::{Card, Catalogue};
 use sinew_model::{Robot, Setting};
 
-use crate::analysis::{Analysis, LeftOver, Worked, analysed, residual_told};
+use crate::analysis::{Aim, Analysis, LeftOver, Worked, analysed, residual_told};
 use crate::base::scope;
 use crate::comparison::as_given;
 use crate::episode::{self, Episode, episodes, sudden};
@@ -117,7 +117,7 @@ pub fn diagnose(
     runs: &[Run],
     options: &Options,
 ) -> Result<Diagnosis, IdentifyError> {
-    analysed(robot, catalogue, runs, options, |search, begun| {
+    analysed(robot, catalogue, runs, options, Aim::Search, |search, begun| {
         let robot = begun.robot;
         let base = search.base(begun.prepared.base_specs(robot, catalogue))?;
         let sudden = sudden(search, &base);

@@ -6,7 +6,7 @@ use sinew_data::Run;
 use sinew_effect::{Catalogue, Written};
 use sinew_model::{EffectSpec, Model, Place, Robot};
 
-use crate::analysis::{Worked, analysed, residual_told};
+use crate::analysis::{Aim, Worked, analysed, residual_told};
 use crate::base::{is_nuisance, scope};
 use crate::comparison::{Prepared, SignalError, as_given, signals, total};
 use crate::diagnosis::{Diagnosis, report};
@@ -108,7 +108,7 @@ pub fn fit(
     add: &[EffectSpec],
     options: &Options,
 ) -> Result<Fit, IdentifyError> {
-    work(robot, catalogue, runs, check, options, |search, base, unseen| {
+    work(robot, catalogue, runs, check, options, Aim::Fit, |search, base, unseen| {
         let mut state = base;
         let mut rungs = Vec::new();
         for spec in add {
@@ -141,7 +141,7 @@ pub fn discover(
     check: &[Run],
     options: &Options,
 ) -> Result<Fit, IdentifyError> {
-    work(robot, catalogue, runs, check, options, explore)
+    work(robot, catalogue, runs, check, options, Aim::Search, explore)
 }
 
 fn work(
@@ -150,9 +150,10 @@ fn work(
     runs: &[Run],
     check: &[Run],
     options: &Options,
+    aim: Aim,
     climb: impl Fn(&mut Search, State, Option<&Unseen>) -> Result<Explored, IdentifyError>,
 ) -> Result<Fit, IdentifyError> {
-    analysed(robot, catalogue, runs, options, |search, begun| {
+    analysed(robot, catalogue, runs, options, aim, |search, begun| {
         let robot = begun.robot;
         let prepared = begun.prepared;
         let options = search.problem.options;

@@ -38,9 +38,12 @@ impl Search<'_> {
         self.settled(model, at, Vec::new())
     }
 
-    /// The same of a model that a first look at a part of the runs has settled: as torques are logged is known.
+    /// The same of a model that a first look at a part of the runs has settled: how torques are logged is known, and that the
+    /// joints move without the torque noise, if it was seen.
     pub fn settled_again(&self, mut model: Candidate, at: Linearised) -> Result<State, IdentifyError> {
         let at = self.led(&mut model, &ONCE_MORE, |_| at, true);
+        let is_told = self.problem.form.reference().is_some_and(|r| r.torques.move_without_noise);
+        let at = if is_told { at } else { self.without_noise(&mut model, at)? };
         self.settled(model, at, Vec::new())
     }
 

@@ -18,7 +18,7 @@ use sinew_effect::Catalogue;
 use sinew_model::Robot;
 use sinew_plant::Plant;
 
-use crate::analysis::{LeftOver, Worked, analysed};
+use crate::analysis::{Aim, LeftOver, Worked, analysed};
 use crate::explore::explore;
 use crate::freedom::Springs;
 use crate::innovation::Reference;
@@ -83,7 +83,7 @@ pub fn trial(
     runs: &[Run],
     options: &Options,
 ) -> Result<TrialReport, IdentifyError> {
-    analysed(robot, catalogue, runs, options, |search, begun| {
+    analysed(robot, catalogue, runs, options, Aim::Search, |search, begun| {
         let robot = begun.robot;
         let base = search.base(begun.prepared.base_specs(robot, catalogue))?;
         let explored = explore(search, base, None)?;
