@@ -18,8 +18,7 @@ impl Pass<'_> {
 
     fn noise_of(&self, group: Range<usize>, before: Option<&[f64]>) -> Vec<f64> {
         let joints = self.form.joints.len();
-        let samples = if group.len() > FEW { LIKELIHOOD_SAMPLES / 2 } else { LIKELIHOOD_SAMPLES };
-        let used = samples / self.records.len();
+        let used = LIKELIHOOD_SAMPLES / self.records.len();
         let runs = || 0..self.records.len();
         let mut noise = vec![0.0; joints];
         for joint in group.clone() {
@@ -155,10 +154,8 @@ impl Blocks {
 const CLEARLY_LESS: f64 = 0.8;
 // Seconds of a block in which a noise is looked at.
 const NOISE_BLOCK: f64 = 0.25;
-// Samples of all runs that the likelihood of a noise looks at; half of them for groups of more joints than these, of which a
-// sample takes ten times as long.
+// Samples of all runs that the likelihood of a noise looks at.
 const LIKELIHOOD_SAMPLES: usize = 6000;
-const FEW: usize = 3;
 // A sample moves at this share of the top speed; the first seconds are left out.
 const MOVING: f64 = 0.02;
 const SETTLED: f64 = 0.5;
