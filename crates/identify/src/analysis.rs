@@ -30,6 +30,8 @@ pub(crate) struct Analysis<'a> {
     pub episodes: Vec<Episode>,
     // Why this residual.
     why: &'static str,
+    // What was done before, if anything.
+    first: Option<String>,
 }
 
 /// What came of a search.
@@ -117,8 +119,14 @@ fn worked<T>(
     let problem = Problem::new(robot, catalogue, &imposed, options);
     let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);
     let why = suits(robot, &prepared, options)?;
-    let mut begun =
-        Analysis { robot, prepared: &prepared, suspicions, episodes, why: why.unwrap_or_else(|why| why) };
+    let mut begun = Analysis {
+        robot,
+        prepared: &prepared,
+        suspicions,
+        episodes,
+        why: why.unwrap_or_else(|why| why),
+        first: None,
+    };
     let look = || FirstLook::of(robot, catalogue, runs, &prepared, options);
     let look = (why.is_ok() && aim == Aim::Search).then(look).flatten();
     let innovation = match (why, &look) {
@@ -132,12 +140,14 @@ fn worked<T>(
         let mut about = Search::new(&own, reference.records(), &prepared.sensors)
             .told_by(Some(&search))
             .after(look.as_ref());
+        begun.first = look.as_ref().map(FirstLook::told);
+        about.refusals.extend(look.iter().flat_map(FirstLook::refusals));
         let worked = work(&mut about, &begun)?;
         let is_drowned = || is_drowned(&prepared, &innovation.present().torque_noise);
         if worked.is_named || options.residual.is_some() || !is_drowned() {
             return Ok(worked);
         }
-        begun.why = DROWNED;
+        (begun.why, begun.first) = (DROWNED, None);
     }
     work(&mut search, &begun)
 }
@@ -244,5 +254,6 @@ pub(crate) fn residual_told(search: &Search, begun: &Analysis) -> String {
             ),
         }
     });
-    format!("residual: {name} ({}){noise}", begun.why)
+    let first = begun.first.iter().map(|first| format!("; {first}")).collect::<String>();
+    format!("residual: {name} ({}){noise}{first}", begun.why)
 }

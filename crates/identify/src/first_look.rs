@@ -11,8 +11,10 @@ use crate::analysis::about_stated;
 use crate::comparison::Prepared;
 use crate::explore::explore;
 use crate::problem::Problem;
+use crate::report::Refusal;
 use crate::residual::LoggedTorques;
 use crate::search::Search;
+use crate::trial::Trial;
 use crate::{IdentifyError, Options};
 
 /// What a first look leaves for the search of the whole log.
@@ -25,6 +27,10 @@ pub(crate) struct FirstLook {
     pub torque_noise: Vec<f64>,
     /// Labels of the candidates that explained something in any of its rounds.
     pub promising: BTreeSet<String>,
+    // Those of the others that need a prediction of their own.
+    unpromising: BTreeSet<String>,
+    // Samples of the part.
+    samples: usize,
 }
 
 // Samples of all runs beyond which a log is long, and those of its part.
@@ -65,9 +71,31 @@ impl FirstLook {
         let base = search.base(prepared.base_specs(robot, catalogue))?;
         let Some(reference) = base.reference.clone().filter(|_| base.is_finite()) else { return Ok(None) };
         let (specs, values) = (base.fitted.model.specs.clone(), base.fitted.model.p.clone());
+        let is_dear = |trial: &&Trial| trial.exact_spec().is_some();
+        let dear: BTreeSet<String> = base.trials.iter().filter(is_dear).map(Trial::label).collect();
         explore(&mut search, base, None)?;
-        let (torques, torque_noise) = (reference.torques, reference.torque_noise.clone());
-        Ok(Some(Self { specs, values, torques, torque_noise, promising: search.promising }))
+        let promising = search.promising;
+        Ok(Some(Self {
+            specs,
+            values,
+            torques: reference.torques,
+            torque_noise: reference.torque_noise.clone(),
+            unpromising: dear.difference(&promising).cloned().collect(),
+            promising,
+            samples: runs.iter().map(|run| run.time.len()).sum(),
+        }))
+    }
+
+    /// Why candidates are not tried along the whole log.
+    pub fn refusals(&self) -> Vec<Refusal> {
+        let reason = format!("explains nothing in a part of the log ({} samples)", self.samples);
+        let of = |label: &String| Refusal { candidate: label.clone(), step: 1, reason: reason.clone() };
+        self.unpromising.iter().map(of).collect()
+    }
+
+    /// What was done, in words.
+    pub fn told(&self) -> String {
+        format!("a part of {} samples was searched first, then the whole log from what it gave", self.samples)
     }
 
     /// The values at which a model of these effects settled; none of other effects.
