@@ -118,22 +118,11 @@ fn worked<T>(
     let imposed = prepared.form(robot);
     let problem = Problem::new(robot, catalogue, &imposed, options);
     let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);
-    let why = suits(robot, &prepared, options)?;
-    let mut begun = Analysis {
-        robot,
-        prepared: &prepared,
-        suspicions,
-        episodes,
-        why: why.unwrap_or_else(|why| why),
-        first: None,
-    };
+    let (suits, why) = suits(robot, &prepared, options)?;
+    let mut begun = Analysis { robot, prepared: &prepared, suspicions, episodes, why, first: None };
     let look = || FirstLook::of(robot, catalogue, runs, &prepared, options);
-    let look = (why.is_ok() && aim == Aim::Search).then(look).flatten();
-    let innovation = match (why, &look) {
-        (Err(_), _) => None,
-        (Ok(_), None) => about_stated(robot, catalogue, runs, &prepared)?,
-        (Ok(_), Some(look)) => about_known(robot, catalogue, runs, &prepared, look)?,
-    };
+    let look = (suits && aim == Aim::Search).then(look).flatten();
+    let innovation = if suits { about_base(robot, catalogue, runs, &prepared, look.as_ref())? } else { None };
     if let Some(innovation) = innovation {
         let reference = innovation.present();
         let own = Problem { form: &innovation, ..problem };
@@ -160,65 +149,48 @@ const FEW_JOINTS: usize = 3;
 const SUITED: &str = "motor torque and encoders at 200 Hz or more: their noise is treated together";
 const DROWNED: &str = "the innovation residual names nothing and finds more torque noise than there is torque: a misfit passes for noise";
 
-// Why the innovation residual is taken, or why it is not.
+// Whether the innovation residual is taken, and why or why not.
 fn suits(
     robot: &Robot,
     prepared: &Prepared,
     options: &Options,
-) -> Result<Result<&'static str, &'static str>, IdentifyError> {
-    let impossible = Innovation::impossible(robot, &prepared.sensors);
-    match (options.residual, unsuited(robot, prepared)) {
-        (Some(Residual::Innovation), _) if impossible.is_some() => Err(IdentifyError::Question {
-            what: format!("these runs have no innovation residual: {}", impossible.unwrap_or_default()),
+) -> Result<(bool, &'static str), IdentifyError> {
+    match (options.residual, Innovation::impossible(robot, &prepared.sensors)) {
+        (Some(Residual::Innovation), Some(reason)) => Err(IdentifyError::Question {
+            what: format!("these runs have no innovation residual: {reason}"),
             help: "leave --residual out, or say --residual imposed".to_owned(),
         }),
-        (Some(Residual::Innovation), _) => Ok(Ok("as asked")),
-        (Some(Residual::Imposed), _) => Ok(Err("as asked")),
-        (None, None) => Ok(Ok(SUITED)),
-        (None, Some(why)) => Ok(Err(why)),
+        (Some(asked), _) => Ok((asked == Residual::Innovation, "as asked")),
+        (None, _) => Ok(unsuited(robot, prepared).map_or((true, SUITED), |why| (false, why))),
     }
 }
 
-/// The innovation residual about the model as it is stated; none where it is impossible.
+/// The innovation residual about the base as it is stated, or as a first look has settled it; none where it is impossible.
 ///
 /// # Errors
 /// If the robot is no plant.
-pub(crate) fn about_stated(
+pub(crate) fn about_base(
     robot: &Robot,
     catalogue: &Catalogue,
     runs: &[Run],
     prepared: &Prepared,
-) -> Result<Option<Innovation>, IdentifyError> {
-    let Some(form) = Innovation::new(robot, runs, &prepared.sensors, prepared.scales) else {
-        return Ok(None);
-    };
-    let plant = Plant::with_effects(robot, &prepared.base_specs(robot, catalogue), catalogue)?;
-    form.renew(&plant, &plant.parameters(), Start::Kernel);
-    Ok(Some(with_rests(form, prepared)))
-}
-
-// The same about the model that a first look has settled.
-fn about_known(
-    robot: &Robot,
-    catalogue: &Catalogue,
-    runs: &[Run],
-    prepared: &Prepared,
-    look: &FirstLook,
+    look: Option<&FirstLook>,
 ) -> Result<Option<Innovation>, IdentifyError> {
     let Some(form) = Innovation::new(robot, runs, &prepared.sensors, prepared.scales) else {
         return Ok(None);
     };
     let specs = prepared.base_specs(robot, catalogue);
     let plant = Plant::with_effects(robot, &specs, catalogue)?;
-    form.begin_known(look.torques, &look.torque_noise);
-    let p = look.values(&specs).map_or_else(|| plant.parameters(), <[f64]>::to_vec);
-    form.renew(&plant, &p, Start::Reference);
-    Ok(Some(with_rests(form, prepared)))
-}
-
-// On six joints it takes the search over three times as long; its help there is not measured.
-fn with_rests(form: Innovation, prepared: &Prepared) -> Innovation {
-    if prepared.sensors.moving() <= FEW_JOINTS { form.sure() } else { form }
+    let known = look.and_then(|look| look.values(&specs));
+    let p = known.map_or_else(|| plant.parameters(), <[f64]>::to_vec);
+    let from = look.map_or(Start::Kernel, |look| {
+        form.begin_known(look.torques, &look.torque_noise);
+        Start::Reference
+    });
+    form.renew(&plant, &p, from);
+    // On six joints it takes the search over three times as long; its help there is not measured.
+    let few = prepared.sensors.moving() <= FEW_JOINTS;
+    Ok(Some(if few { form.sure() } else { form }))
 }
 
 // True if the torque noise of a joint is larger than what was logged of its torque.

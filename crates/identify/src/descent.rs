@@ -3,7 +3,7 @@
 use sinew_effect::{Act, SWING_FREQUENCY};
 
 use crate::colour::Whitener;
-use crate::problem::{BENT, Budget, Candidate, Equations, Linearised, MANY, Problem, objective, straighten};
+use crate::problem::{Budget, Candidate, Equations, Linearised, MANY, Problem, objective, straighten};
 use crate::refit::Fitted;
 use crate::screen::{SHIFT, Score};
 use crate::trial::{How, Trial};
@@ -117,7 +117,7 @@ impl<'a> Descent<'a> {
     /// take it to `leader`, or less than would take it anywhere below `ceiling`.
     pub fn descend(&mut self, leader: f64, ceiling: f64) {
         self.begin_columns();
-        let dear = self.model.unknowns.len() > MANY;
+        let dear = self.is_dear();
         let mut linearised = self.best;
         let mut damping = 0.0;
         let mut budget = Budget::new(ITERATIONS);
@@ -193,8 +193,7 @@ impl<'a> Descent<'a> {
     // The base's columns and the candidate's own; all of them anew where the candidate changes the structure, unless that is
     // dear and it begins where the base is.
     fn begin_columns(&mut self) {
-        let is_dear = self.model.unknowns.len() > MANY;
-        if self.structural && !(is_dear && self.begins_at_base()) {
+        if self.structural && !(self.is_dear() && self.begins_at_base()) {
             return self.renew_all();
         }
         self.at.columns.clone_from(&self.base.at.columns);
@@ -202,6 +201,11 @@ impl<'a> Descent<'a> {
         let positions: Vec<usize> = added.map(|&k| self.model.unknowns[k].position).collect();
         let added = self.model.columns(&self.problem, &positions);
         self.at.columns.extend(added);
+    }
+
+    // With many unknowns derivatives are dear.
+    fn is_dear(&self) -> bool {
+        self.model.unknowns.len() > MANY
     }
 
     fn begins_at_base(&self) -> bool {
@@ -259,9 +263,8 @@ fn started(
                 p[first + SWING_FREQUENCY] *= 1.0 + SHIFT * (shift / share.max(shift.abs())).clamp(-1.0, 1.0);
             }
             model.p = p;
-            // What was bent to imitate it hides a spring.
-            if model.plant.elastic() != base.plant.elastic() && base.is_bent(BENT) {
-                straighten(&base.unknowns, &mut model.p);
+            if model.plant.elastic() != base.plant.elastic() {
+                base.straighten_where_bent(&mut model.p);
             }
             let mut new = Unknown::of_effect(&model.plant, effect);
             for unknown in &mut new {

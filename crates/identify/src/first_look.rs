@@ -7,7 +7,7 @@ use sinew_data::Run;
 use sinew_effect::Catalogue;
 use sinew_model::{EffectSpec, Robot};
 
-use crate::analysis::about_stated;
+use crate::analysis::about_base;
 use crate::comparison::Prepared;
 use crate::explore::explore;
 use crate::problem::Problem;
@@ -64,7 +64,7 @@ impl FirstLook {
         prepared: &Prepared,
         options: &Options,
     ) -> Result<Option<Self>, IdentifyError> {
-        let Some(form) = about_stated(robot, catalogue, runs, prepared)? else { return Ok(None) };
+        let Some(form) = about_base(robot, catalogue, runs, prepared, None)? else { return Ok(None) };
         let reference = form.present();
         let problem = Problem::new(robot, catalogue, &form, options);
         let mut search = Search::new(&problem, reference.records(), &prepared.sensors);
@@ -127,8 +127,8 @@ fn moves_like(part: &Prepared, whole: &Prepared) -> bool {
         let speeds = || prepared.records.iter().flat_map(|record| &record.thetad[dof]);
         speeds().map(|v| v * v).sum::<f64>() / speeds().count().max(1) as f64
     };
-    let moving = (0..whole.sensors.imposed.len()).filter(|&dof| whole.sensors.imposed[dof].is_some());
-    moving.into_iter().all(|dof| square(part, dof) >= LIKE_WHOLE * LIKE_WHOLE * square(whole, dof))
+    let mut moving = (0..whole.sensors.imposed.len()).filter(|&dof| whole.sensors.imposed[dof].is_some());
+    moving.all(|dof| square(part, dof) >= LIKE_WHOLE * LIKE_WHOLE * square(whole, dof))
 }
 
 #[cfg(test)]

@@ -129,6 +129,13 @@ impl Candidate {
         self.unknowns.iter().any(|u| u.pull(self.p[u.position]) >= deviations * deviations)
     }
 
+    /// Straightens parameters of this model and more where it is bent: what was bent to imitate a spring hides it.
+    pub fn straighten_where_bent(&self, p: &mut [f64]) {
+        if self.is_bent(BENT) {
+            straighten(&self.unknowns, p);
+        }
+    }
+
     /// Every unknown of which something is stated halfway to what was stated.
     pub fn straighten_halfway(&mut self) {
         for unknown in &self.unknowns {

@@ -9,7 +9,7 @@ use sinew_plant::Plant;
 
 use crate::freedom::Springs;
 use crate::least_squares::{Normal, cross, dot, matrix};
-use crate::problem::{BENT, Candidate, Equations, Problem, straighten};
+use crate::problem::{Candidate, Equations, Problem};
 use crate::residual::Grid;
 use crate::trial::{How, Trial};
 
@@ -106,8 +106,8 @@ fn secants(
     let Some(plant) = extended(family[0]).map(|c| c.plant) else { return vec![None; family.len()] };
     let swings = family[0].swings();
     let mut stated = model.p.clone();
-    if !swings && plant.elastic() != model.plant.elastic() && model.is_bent(BENT) {
-        straighten(&model.unknowns, &mut stated);
+    if !swings && plant.elastic() != model.plant.elastic() {
+        model.straighten_where_bent(&mut stated);
     }
     let shifts: &[f64] = if swings { &[1.0, 1.0 + SHIFT] } else { &[1.0] };
     let with = |trial: &&Trial| -> Option<Vec<Vec<f64>>> {

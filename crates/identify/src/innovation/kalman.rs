@@ -98,21 +98,39 @@ macro_rules! by_size {
     };
 }
 
-// The form of a function that suits the machine: all do the same operations in the same order on each number.
-macro_rules! widest {
-    ($plain:expr, $wide:expr, $wider:expr) => {{
-        #[cfg(target_arch = "x86_64")]
-        if wide::eight() {
-            // SAFETY: the machine has the instructions that the function is compiled for.
-            return unsafe { $wider };
+// A function of a group's states in the form that suits the machine: all do the same operations in the same order on each
+// number.
+macro_rules! widest_form {
+    (fn $name:ident<$(const $size:ident: usize),+>($($argument:ident: $type:ty),+ $(,)?) -> $result:ty $body:block) => {
+        fn $name<$(const $size: usize),+>($($argument: $type),+) -> $result {
+            #[inline(always)]
+            fn plain<$(const $size: usize),+>($($argument: $type),+) -> $result $body
+
+            #[cfg(target_arch = "x86_64")]
+            #[target_feature(enable = "avx2")]
+            fn four<$(const $size: usize),+>($($argument: $type),+) -> $result {
+                plain::<$($size),+>($($argument),+)
+            }
+
+            #[cfg(target_arch = "x86_64")]
+            #[target_feature(enable = "avx512f,avx512dq")]
+            fn eight<$(const $size: usize),+>($($argument: $type),+) -> $result {
+                plain::<$($size),+>($($argument),+)
+            }
+
+            #[cfg(target_arch = "x86_64")]
+            if wide::eight() {
+                // SAFETY: the machine has the instructions that the function is compiled for.
+                return unsafe { eight::<$($size),+>($($argument),+) };
+            }
+            #[cfg(target_arch = "x86_64")]
+            if wide::four() {
+                // SAFETY: as above.
+                return unsafe { four::<$($size),+>($($argument),+) };
+            }
+            plain::<$($size),+>($($argument),+)
         }
-        #[cfg(target_arch = "x86_64")]
-        if wide::four() {
-            // SAFETY: as above.
-            return unsafe { $wide };
-        }
-        $plain
-    }};
+    };
 }
 
 impl Kalman<'_> {
@@ -164,7 +182,7 @@ impl Kalman<'_> {
                 joint.sensors(k).for_each(|s| gain(update::<D, S>(&mut p, i, s.shown, s.variance)));
             }
             (0..self.group.len()).for_each(|i| variance(k, i, p[S * i + 1][S * i + 1]));
-            p = self.step::<D, S>(k).forward(&p);
+            p = forward(&self.step::<D, S>(k), &p);
         }
     }
 
@@ -190,7 +208,7 @@ impl Kalman<'_> {
                 told(self.group.start + joint, k, (e * gain.white).powi(2) - 2.0 * gain.white.ln());
             });
             let step = self.step::<D, S>(k);
-            p = step.forward(&p);
+            p = forward(&step, &p);
             x = self.predict(&step, k, &x, input);
         }
     }
@@ -218,7 +236,7 @@ impl Kalman<'_> {
             self.correct::<D, S>(k, &mut p, &mut x, input, |one| read.push(one));
             seen.push((x, p));
             let step = self.step::<D, S>(k);
-            p = step.forward(&p);
+            p = forward(&step, &p);
             x = self.predict(&step, k, &x, input);
         }
         let mut lambda = [0.0; D];
@@ -329,40 +347,22 @@ struct Step<const D: usize> {
     variance: [f64; 2 * GROUP],
 }
 
-impl<const D: usize> Step<D> {
+widest_form! {
     // P⁻ = Φ P Φᵀ + Q
-    fn forward(&self, p: &Matrix<D>) -> Matrix<D> {
-        widest!(self.forward_plain(p), self.forward_wide(p), self.forward_wider(p))
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn forward_wide(&self, p: &Matrix<D>) -> Matrix<D> {
-        self.forward_plain(p)
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx512f,avx512dq")]
-    fn forward_wider(&self, p: &Matrix<D>) -> Matrix<D> {
-        self.forward_plain(p)
-    }
-
-    // Inlined into its callers, so that each compiles it for its own instructions.
-    #[inline(always)]
-    fn forward_plain(&self, p: &Matrix<D>) -> Matrix<D> {
+    fn forward<const D: usize>(step: &Step<D>, p: &Matrix<D>) -> Matrix<D> {
         let (mut half, mut next) = ([[0.0; D]; D], [[0.0; D]; D]);
-        for (column, p) in self.turned.iter().zip(p) {
+        for (column, p) in step.turned.iter().zip(p) {
             // A joint moves the links of others, not their motors.
             for (half, phi) in half.iter_mut().zip(column).filter(|(_, phi)| **phi != 0.0) {
                 add(half, *phi, p);
             }
         }
         for (next, half) in next.iter_mut().zip(&half) {
-            for (half, column) in half.iter().zip(&self.turned) {
+            for (half, column) in half.iter().zip(&step.turned) {
                 add(next, *half, column);
             }
         }
-        for (g, variance) in self.pushes.iter().zip(self.variance).filter(|(_, variance)| *variance > 0.0) {
+        for (g, variance) in step.pushes.iter().zip(step.variance).filter(|(_, variance)| *variance > 0.0) {
             for (next, of_row) in next.iter_mut().zip(g).filter(|(_, g)| **g != 0.0) {
                 add(next, variance * of_row, g);
             }
@@ -377,64 +377,30 @@ impl<const D: usize> Step<D> {
     }
 }
 
-// K = P c/S,   P ← P − K S Kᵀ,   S = cᵀ P c + R
-fn update<const D: usize, const S: usize>(
-    p: &mut Matrix<D>,
-    joint: usize,
-    shown: Shown,
-    variance: f64,
-) -> Gain<D> {
-    widest!(
-        update_plain::<D, S>(p, joint, shown, variance),
-        update_wide::<D, S>(p, joint, shown, variance),
-        update_wider::<D, S>(p, joint, shown, variance)
-    )
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn update_wide<const D: usize, const S: usize>(
-    p: &mut Matrix<D>,
-    joint: usize,
-    shown: Shown,
-    variance: f64,
-) -> Gain<D> {
-    update_plain::<D, S>(p, joint, shown, variance)
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512dq")]
-fn update_wider<const D: usize, const S: usize>(
-    p: &mut Matrix<D>,
-    joint: usize,
-    shown: Shown,
-    variance: f64,
-) -> Gain<D> {
-    update_plain::<D, S>(p, joint, shown, variance)
-}
-
-#[inline(always)]
-fn update_plain<const D: usize, const S: usize>(
-    p: &mut Matrix<D>,
-    joint: usize,
-    shown: Shown,
-    variance: f64,
-) -> Gain<D> {
-    let row = match shown {
-        Shown::State(state) => p[S * joint + state],
-        Shown::Sum(c) => {
-            let mut row = [0.0; D];
-            (0..S).for_each(|s| add(&mut row, c[s], &p[S * joint + s]));
-            row
+widest_form! {
+    // K = P c/S,   P ← P − K S Kᵀ,   S = cᵀ P c + R
+    fn update<const D: usize, const S: usize>(
+        p: &mut Matrix<D>,
+        joint: usize,
+        shown: Shown,
+        variance: f64,
+    ) -> Gain<D> {
+        let row = match shown {
+            Shown::State(state) => p[S * joint + state],
+            Shown::Sum(c) => {
+                let mut row = [0.0; D];
+                (0..S).for_each(|s| add(&mut row, c[s], &p[S * joint + s]));
+                row
+            }
+        };
+        let s = shown.of(&row[S * joint..S * (joint + 1)]) + variance;
+        let gain = Gain { column: row.map(|seen| seen / s), white: 1.0 / s.sqrt() };
+        // A sensor tells nothing of the link that a rigid joint does not have.
+        for (p, k) in p.iter_mut().zip(gain.column).filter(|(_, k)| *k != 0.0) {
+            add(p, -k, &row);
         }
-    };
-    let s = shown.of(&row[S * joint..S * (joint + 1)]) + variance;
-    let gain = Gain { column: row.map(|seen| seen / s), white: 1.0 / s.sqrt() };
-    // A sensor tells nothing of the link that a rigid joint does not have.
-    for (p, k) in p.iter_mut().zip(gain.column).filter(|(_, k)| *k != 0.0) {
-        add(p, -k, &row);
+        gain
     }
-    gain
 }
 
 #[cfg(test)]

@@ -57,7 +57,8 @@ impl Pass<'_> {
             }
             blocks
         };
-        let misfit = |noise: &[f64]| -> f64 { blocks(noise).iter().map(Blocks::sum).sum() };
+        let sum = |blocks: &Vec<Blocks>| blocks.iter().map(Blocks::sum).sum::<f64>();
+        let misfit = |noise: &[f64]| sum(&blocks(noise));
         // With another noise of one joint.
         let with = |noise: &[f64], joint: usize, x: f64| {
             let mut tried = noise.to_vec();
@@ -78,7 +79,6 @@ impl Pass<'_> {
                 rayon::join(|| at(RATIO), || rayon::join(|| at(1.0), || at(1.0 / RATIO)));
             [more, here, less]
         };
-        let sum = |blocks: &Vec<Blocks>| blocks.iter().map(Blocks::sum).sum::<f64>();
         for _ in 1..sweeps {
             for joint in group.clone() {
                 let sums = about(&noise, joint).each_ref().map(sum);
