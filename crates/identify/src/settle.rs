@@ -180,7 +180,8 @@ impl Search<'_> {
             self.followed(&mut tried, Start::Kernel);
             let (_, _, [_, now]) = self.followed(&mut tried, Start::Reference);
             let Some(found) = form.reference() else { break };
-            let fits = now < CLEARLY * value && now < value - FALLS;
+            // What an effect leaves that is missing may shrink by a wrong time, too; the log is then less likely.
+            let fits = now < CLEARLY * value && now < value - FALLS && found.misfit() < likely.iter().sum();
             if !fits && !is_likelier(&likely, &found.misfit_by_joint) {
                 break;
             }
