@@ -185,12 +185,17 @@ pub(crate) fn delivered(
     ahead.iter().zip(acting).enumerate().map(|(k, (ahead, y))| late(k) - (ahead - y)).collect()
 }
 
-// x + T ẋ, the slope by what was before: what comes after is a controller's answer to the noise of now.
+// x + T ẋ, the slope by what was before: what comes after is a controller's answer to the noise of now. The slope from one
+// hold to the next is that where they meet, half a hold ago.
+//
+// h ẋ_k = Δ_k + ½ (Δ_k − Δ_{k−1}),   Δ_k = x_k − x_{k−1}
 fn led<S: Scalar>(x: Vec<S>, lag: S, step: f64) -> Vec<S> {
     if lag == S::ZERO {
         return x;
     }
-    (0..x.len()).map(|k| x[k] + lag / step * (x[k] - x[k.saturating_sub(1)])).collect()
+    let change = |k: usize| x[k] - x[k.saturating_sub(1)];
+    let slope = |k: usize| change(k) * 1.5 - change(k.saturating_sub(1)) * 0.5;
+    (0..x.len()).map(|k| x[k] + lag / step * slope(k)).collect()
 }
 
 // x(t + d), by no more of what comes after than it must be.
