@@ -19,6 +19,8 @@ use crate::unknowns::Unknown;
 pub(crate) struct Other {
     pub trial: Trial,
     pub spec: EffectSpec,
+    // It explained nearly as much about a motion that neither has led.
+    is_near: bool,
 }
 
 // Fall of the objective that an exchange must bring, and as a share of what the effect to be exchanged explains.
@@ -33,17 +35,17 @@ pub(crate) fn exchanged(
     rungs: &mut Vec<Rung>,
     unseen: Option<&Unseen>,
 ) -> Result<bool, IdentifyError> {
-    // What stands alone was compared with the others when it was accepted.
-    if state.accepted.len() < 2 {
-        return Ok(false);
-    }
+    // What stands alone was compared with the others when it was accepted, but about the same motion.
+    let is_alone = state.accepted.len() < 2;
     let labels: Vec<String> = state.accepted.iter().map(|a| a.trial.label()).collect();
     let mut any = false;
     for label in labels {
         let Some(k) = state.accepted.iter().position(|a| a.trial.label() == label) else { continue };
         let is_new = |o: &&Other| {
             let own = o.trial.label();
-            !search.banned.contains(&own) && state.accepted.iter().all(|a| a.trial.label() != own)
+            (o.is_near || !is_alone)
+                && !search.banned.contains(&own)
+                && state.accepted.iter().all(|a| a.trial.label() != own)
         };
         let others: Vec<Other> = state.accepted[k].others.iter().filter(is_new).cloned().collect();
         for other in &others {
@@ -104,7 +106,8 @@ fn compared(
     }
     let tied = distance < TIE_CHI || z_between(layout, &with.white, &state.fitted.white) < TIE_Z;
     let equal = if tied { Compared::Tied(distance) } else { Compared::Worse };
-    if gain < (BETTER_SHARE * replaced.evidence.data).max(BETTER * temper) {
+    // About a motion of its own, what explains nearly as much may explain more.
+    if !other.is_near && gain < (BETTER_SHARE * replaced.evidence.data).max(BETTER * temper) {
         return Ok(equal);
     }
     let evidence = evidence_between(search, &fitted(reduced), &with, other.trial.parameters);
@@ -147,11 +150,15 @@ pub(crate) fn others(passed: &[Refit], one: &Refit) -> Vec<Other> {
             && r.evidence.channel == one.evidence.channel
             && explains(r) > GOOD_PART * explains(one)
     };
-    let of =
-        |r: &Refit| Some(Other { trial: r.trial.clone(), spec: r.fitted.model.present_specs(None).pop()? });
+    let of = |r: &Refit| {
+        let spec = r.fitted.model.present_specs(None).pop()?;
+        Some(Other { trial: r.trial.clone(), spec, is_near: explains(r) > NEARLY * explains(one) })
+    };
     passed.iter().filter(is_near).take(MOST).filter_map(of).collect()
 }
 
-// Share of what was accepted that another must explain to be tried in its place, and how many are.
+// Share of what was accepted that another must explain to be tried in its place, that from which on it is tried about a
+// motion of its own, and how many are.
 const GOOD_PART: f64 = 0.3;
+const NEARLY: f64 = 0.7;
 const MOST: usize = 3;
