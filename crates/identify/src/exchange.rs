@@ -41,13 +41,17 @@ pub(crate) fn exchanged(
     let mut any = false;
     for label in labels {
         let Some(k) = state.accepted.iter().position(|a| a.trial.label() == label) else { continue };
-        let is_new = |o: &&Other| {
+        let entry = &state.accepted[k];
+        let is_tied = |o: &Other| entry.rivals.iter().any(|(trial, _)| trial.label() == o.trial.label());
+        let is_new = |o: &Other| {
             let own = o.trial.label();
-            (o.is_near || !is_alone)
-                && !search.banned.contains(&own)
-                && state.accepted.iter().all(|a| a.trial.label() != own)
+            !search.banned.contains(&own) && state.accepted.iter().all(|a| a.trial.label() != own)
         };
-        let others: Vec<Other> = state.accepted[k].others.iter().filter(is_new).cloned().collect();
+        // Of what is tied the simpler one was taken.
+        let others: Vec<Other> = (entry.others.iter().filter(|o| is_new(o)).cloned())
+            .map(|o| Other { is_near: o.is_near && !is_tied(&o), ..o })
+            .filter(|o| o.is_near || !is_alone)
+            .collect();
         for other in &others {
             match compared(search, state, k, other, unseen)? {
                 Compared::Worse => {}

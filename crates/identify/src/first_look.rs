@@ -1,20 +1,23 @@
 //! A first look at a part of a long log: where its model settles, how its torques are logged, and which candidates are
-//! worth the dear part of a screen along the whole of it.
+//! worth being tried along the whole of it.
 
 use std::collections::BTreeSet;
 
 use sinew_data::Run;
-use sinew_effect::Catalogue;
+use sinew_effect::{Catalogue, Requirement};
 use sinew_model::{EffectSpec, Robot};
 
 use crate::analysis::about_base;
 use crate::comparison::Prepared;
 use crate::explore::explore;
+use crate::limits::{DetectionLimit, limits};
 use crate::problem::Problem;
+use crate::record::Record;
 use crate::report::Refusal;
 use crate::residual::LoggedTorques;
 use crate::search::Search;
-use crate::trial::Trial;
+use crate::spread::std;
+use crate::trial::{How, Trial};
 use crate::{IdentifyError, Options};
 
 /// What a first look leaves for the search of the whole log.
@@ -25,18 +28,21 @@ pub(crate) struct FirstLook {
     pub torques: LoggedTorques,
     /// Standard deviation of the torque noise of every joint that moves, N·m.
     pub torque_noise: Vec<f64>,
-    /// Labels of the candidates that explained something in any of its rounds.
-    pub promising: BTreeSet<String>,
-    // Those of the others that need a prediction of their own.
+    // Labels of the candidates that explained something in any of its rounds, and those of the others.
+    promising: BTreeSet<String>,
     unpromising: BTreeSet<String>,
-    // Samples of the part.
+    // What the part would have shown.
+    limits: Vec<DetectionLimit>,
+    // Samples of the part and of the whole log.
     samples: usize,
+    whole: usize,
 }
 
 // Samples of all runs beyond which a log is long, and those of its part.
 const LONG: usize = 24_000;
 const PART: usize = 12_000;
-// Least samples of a run in the part, and least share of the speeds of the whole log with which every joint moves there.
+// Least samples of a run in the part, and least share of the speeds and reaches of the whole log with which every joint moves
+// there.
 const LEAST: usize = 4_000;
 const LIKE_WHOLE: f64 = 0.5;
 
@@ -54,7 +60,8 @@ impl FirstLook {
         if !moves_like(&of_part, prepared) {
             return None;
         }
-        Self::at(robot, catalogue, &part, &of_part, options).ok().flatten()
+        let look = Self::at(robot, catalogue, &part, &of_part, options).ok().flatten()?;
+        Some(Self { whole: samples(runs), ..look })
     }
 
     fn at(
@@ -71,19 +78,40 @@ impl FirstLook {
         let base = search.base(prepared.base_specs(robot, catalogue))?;
         let Some(reference) = base.reference.clone().filter(|_| base.is_finite()) else { return Ok(None) };
         let (specs, values) = (base.fitted.model.specs.clone(), base.fitted.model.p.clone());
-        let is_dear = |trial: &&Trial| trial.exact_spec().is_some();
-        let dear: BTreeSet<String> = base.trials.iter().filter(is_dear).map(Trial::label).collect();
-        explore(&mut search, base, None)?;
+        let may_be_left_out = |trial: &&Trial| matches!(trial.how, How::New { .. }) && is_steady(trial);
+        let offered: BTreeSet<String> =
+            base.trials.iter().filter(may_be_left_out).map(Trial::label).collect();
+        let explored = explore(&mut search, base, None)?;
+        let limits = limits(&search, &explored);
         let promising = search.promising;
         Ok(Some(Self {
             specs,
             values,
             torques: reference.torques,
             torque_noise: reference.torque_noise.clone(),
-            unpromising: dear.difference(&promising).cloned().collect(),
+            unpromising: offered.difference(&promising).cloned().collect(),
             promising,
-            samples: runs.iter().map(|run| run.time.len()).sum(),
+            limits,
+            samples: samples(runs),
+            whole: samples(runs),
         }))
+    }
+
+    /// True if a candidate is tried along the whole log: what needs a prediction of its own only if it explained something,
+    /// of the rest all that did not explain nothing.
+    pub fn offers(&self, trial: &Trial) -> bool {
+        let label = trial.label();
+        self.promising.contains(&label)
+            || (trial.exact_spec().is_none() && !self.unpromising.contains(&label))
+    }
+
+    /// What would have been seen along the whole log of candidates that are not tried there: the standard deviations of the
+    /// part shrink by the square root of the samples.
+    pub fn limits(&self) -> impl Iterator<Item = DetectionLimit> {
+        let share = (self.samples as f64 / self.whole as f64).sqrt();
+        self.limits
+            .iter()
+            .map(move |limit| DetectionLimit { smallest: share * limit.smallest, ..limit.clone() })
     }
 
     /// Why candidates are not tried along the whole log.
@@ -106,10 +134,18 @@ impl FirstLook {
     }
 }
 
+// True if a part of a log shows it as well as another: a joint grows warm in the course of it.
+fn is_steady(trial: &Trial) -> bool {
+    !trial.card.requires.iter().any(|r| matches!(r, Requirement::Temperature { .. }))
+}
+
+fn samples(runs: &[Run]) -> usize {
+    runs.iter().map(|run| run.time.len()).sum()
+}
+
 // The first seconds of some of the runs, as long as they need to be; none of runs that are not long.
 fn part(runs: &[Run]) -> Option<Vec<Run>> {
-    let all: usize = runs.iter().map(|run| run.time.len()).sum();
-    if all <= LONG {
+    if samples(runs) <= LONG {
         return None;
     }
     let count = (PART / LEAST).min(runs.len());
@@ -121,14 +157,15 @@ fn part(runs: &[Run]) -> Option<Vec<Run>> {
     kept.map(of).collect()
 }
 
-// True if every joint moves in the part about as fast as in the whole.
+// True if every joint moves in the part about as fast and as far as in the whole.
 fn moves_like(part: &Prepared, whole: &Prepared) -> bool {
-    let square = |prepared: &Prepared, dof: usize| {
-        let speeds = || prepared.records.iter().flat_map(|record| &record.thetad[dof]);
-        speeds().map(|v| v * v).sum::<f64>() / speeds().count().max(1) as f64
+    let spread = |prepared: &Prepared, of: fn(&Record) -> &Vec<Vec<f64>>, dof: usize| {
+        let series = prepared.records.iter().flat_map(|record| &of(record)[dof]);
+        std(&series.copied().collect::<Vec<f64>>())
     };
+    let is_alike = |of, dof| spread(part, of, dof) >= LIKE_WHOLE * spread(whole, of, dof);
     let mut moving = (0..whole.sensors.imposed.len()).filter(|&dof| whole.sensors.imposed[dof].is_some());
-    moving.all(|dof| square(part, dof) >= LIKE_WHOLE * LIKE_WHOLE * square(whole, dof))
+    moving.all(|dof| is_alike(|record| &record.thetad, dof) && is_alike(|record| &record.theta, dof))
 }
 
 #[cfg(test)]

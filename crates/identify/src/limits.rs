@@ -28,13 +28,13 @@ pub struct DetectionLimit {
 const SEEN: f64 = 9.0;
 
 /// The limits of effects of one strength that enter linearly, from the last screen; of several start values the one
-/// that is hardest to see.
+/// that is hardest to see. Of a long log, those of candidates that were looked at in a part of it are told from the part.
 pub(crate) fn limits(search: &Search, explored: &Explored) -> Vec<DetectionLimit> {
-    let Some(round) = &explored.last else { return Vec::new() };
     let state = &explored.state;
+    let Some(scores) = state.scores.get() else { return Vec::new() };
     let wide = widening(search, state);
     let mut all: Vec<DetectionLimit> = Vec::new();
-    for (trial, score) in state.trials.iter().zip(&round.scores) {
+    for (trial, score) in state.trials.iter().zip(scores) {
         let Some(score) = score else { continue };
         let (Some(&strength), Some(&std)) = (score.strengths.first(), score.stds.first()) else { continue };
         let Some((parameter, unit)) = strength_of(trial) else { continue };
@@ -56,6 +56,11 @@ pub(crate) fn limits(search: &Search, explored: &Explored) -> Vec<DetectionLimit
             None => all.push(limit),
         }
     }
+    let of_part: Vec<DetectionLimit> = search.look.iter().flat_map(|look| look.limits()).collect();
+    let is_missing =
+        |part: &DetectionLimit| !all.iter().any(|l| l.effect == part.effect && l.place == part.place);
+    let missing: Vec<DetectionLimit> = of_part.into_iter().filter(is_missing).collect();
+    all.extend(missing);
     all
 }
 

@@ -376,6 +376,9 @@ impl Budget {
     }
 }
 
+// Fall of the objective that is not worth a step: a thirtieth of a standard deviation.
+const NOTHING: f64 = 1e-3;
+
 /// Levenberg–Marquardt on all unknowns from the linearisation `at`. Returns that at the end.
 pub(crate) fn refine(
     problem: &Problem,
@@ -393,6 +396,9 @@ pub(crate) fn refine(
     while budget.lasts() {
         let equations = Equations::new(whitener, &problem, model, &at, damping);
         let Some(equations) = equations.and_then(|e| e.bounded(model)) else { break };
+        if equations.promised() < NOTHING {
+            break;
+        }
         let before = model.p.clone();
         model.step(&equations.step);
         let residual = model.residual(&problem);

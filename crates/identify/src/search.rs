@@ -37,6 +37,8 @@ pub(crate) struct State {
     /// The candidates offered to this model, and their raw columns.
     pub trials: Vec<Trial>,
     pub columns: Columns,
+    /// What the screen says of them, once it is asked.
+    pub scores: OnceLock<Scores>,
     /// What the rows were formed about.
     pub reference: Option<Arc<Reference>>,
     /// About which motion of the links its derivatives are.
@@ -59,6 +61,8 @@ impl State {
 
 /// Raw columns of every candidate; none for one that cannot be evaluated.
 pub(crate) type Columns = Vec<Option<Vec<Vec<f64>>>>;
+/// The score of every candidate; none for one that has none.
+pub(crate) type Scores = Vec<Option<Score>>;
 
 // A model at the values that its robot states: a parameter that was bent to imitate a missing effect hides the effect
 // from a screen about the fit.
@@ -102,8 +106,8 @@ pub(crate) struct Search<'a> {
     pub sensors: &'a Sensors,
     // The same runs under the residual in whose units errors are told, if that is another one.
     yardstick: Option<&'a Search<'a>>,
-    // What a first look at a part of the runs has found.
-    look: Option<&'a FirstLook>,
+    /// What a first look at a part of the runs has found.
+    pub look: Option<&'a FirstLook>,
     pub channel_std: Vec<f64>,
     pub refusals: Vec<Refusal>,
     /// Labels of candidates that are not offered again.
@@ -121,8 +125,6 @@ pub(crate) struct Round {
     pub passed: Vec<Refit>,
     /// Candidates that do not, best first.
     pub failed: Vec<Refit>,
-    /// What the screen said of every trial of the state.
-    pub scores: Vec<Option<Score>>,
 }
 
 // Most candidates refitted from a screen about the stated values.
@@ -285,11 +287,12 @@ impl<'a> Search<'a> {
 
     /// Takes banned candidates out of what is offered to a state.
     pub fn offer_again(&self, state: &mut State) {
-        let is_allowed = |trial: &Trial| !self.banned.contains(&trial.label());
-        let allowed: Vec<bool> = state.trials.iter().map(is_allowed).collect();
-        let trials = std::mem::take(&mut state.trials).into_iter().zip(std::mem::take(&mut state.columns));
-        let kept = trials.zip(allowed).filter(|(_, allowed)| *allowed);
-        (state.trials, state.columns) = kept.map(|(pair, _)| pair).unzip();
+        let allowed: Vec<bool> = state.trials.iter().map(|t| !self.banned.contains(&t.label())).collect();
+        if let Some(scores) = state.scores.get_mut() {
+            keep(scores, &allowed);
+        }
+        keep(&mut state.trials, &allowed);
+        keep(&mut state.columns, &allowed);
     }
 
     /// The noise about a model, from a regression over these columns and what needs no physics.
@@ -325,11 +328,9 @@ impl<'a> Search<'a> {
         offer.trials().into_iter().filter(|trial| self.is_offered(trial)).collect()
     }
 
-    // What is banned is not; what needs a prediction of its own along a long log only if it explained something in a part.
+    // What is banned is not, nor along a long log what a part of it says nothing for.
     fn is_offered(&self, trial: &Trial) -> bool {
-        let label = trial.label();
-        let is_known = self.look.is_none_or(|look| look.promising.contains(&label));
-        (is_known || trial.exact_spec().is_none()) && !self.banned.contains(&label)
+        self.look.is_none_or(|look| look.offers(trial)) && !self.banned.contains(&trial.label())
     }
 
     // The lines of every channel's rows.
@@ -363,16 +364,19 @@ impl<'a> Search<'a> {
     /// made about this state before.
     pub fn round(&mut self, state: &State, step: usize, known: Vec<Refit>) -> Round {
         let trials = &state.trials;
-        let Some(scores) = self.scores(&state.fitted, state, &state.columns) else {
-            return Round { passed: Vec::new(), failed: Vec::new(), scores: Vec::new() };
-        };
-        self.promising.extend(promising(trials, &scores));
-        for k in impossible_starts(trials, &scores) {
+        let scores = state
+            .scores
+            .get_or_init(|| self.scores(&state.fitted, state, &state.columns).unwrap_or_default());
+        if scores.is_empty() {
+            return Round { passed: Vec::new(), failed: Vec::new() };
+        }
+        self.promising.extend(promising(trials, scores));
+        for k in impossible_starts(trials, scores) {
             if let Some(reason) = scores[k].as_ref().and_then(|s| s.out.clone()) {
                 self.refuse(&trials[k], step, reason);
             }
         }
-        let list = short_list(trials, &scores, self.sensors.moving());
+        let list = short_list(trials, scores, self.sensors.moving());
         let base = Base { fitted: &state.fitted, whitener: &state.whitener, added: &state.added() };
         let problem = Problem { slopes: state.slopes, ..*self.problem };
         let refitted = |list: &[usize], scores: &[Option<Score>], start: Option<&Fitted>, leader: f64| {
@@ -386,10 +390,10 @@ impl<'a> Search<'a> {
         // What changes which joints have springs costs most: it comes last, when there is a leader.
         let (swings, others): (Vec<usize>, Vec<usize>) =
             list.into_iter().partition(|&k| trials[k].switches_springs());
-        let mut refits = refitted(&others, &scores, None, f64::INFINITY);
+        let mut refits = refitted(&others, scores, None, f64::INFINITY);
         let unrefused = refits.iter().chain(&known).filter(|r| r.refused.is_none());
         let leader = unrefused.map(|r| r.fitted.objective).fold(f64::INFINITY, f64::min);
-        refits.extend(refitted(&swings, &scores, None, leader));
+        refits.extend(refitted(&swings, scores, None, leader));
         // A candidate that explains all and leaves nothing bent has no better start; where derivatives are dear, one that
         // explains nearly all is not asked to have a better one.
         let noise = UNEXPLAINED * self.problem.form.layout().counted();
@@ -430,11 +434,11 @@ impl<'a> Search<'a> {
         for list in [&mut passed, &mut failed] {
             list.sort_by(|a, b| a.fitted.objective.total_cmp(&b.fitted.objective));
         }
-        Round { passed, failed, scores }
+        Round { passed, failed }
     }
 
     // Scores of all trials about one model.
-    fn scores(&self, about: &Fitted, state: &State, columns: &Columns) -> Option<Vec<Option<Score>>> {
+    fn scores(&self, about: &Fitted, state: &State, columns: &Columns) -> Option<Scores> {
         let layout = self.problem.form.layout();
         let base = Equations::new(&state.whitener, self.problem, &about.model, &about.at, 0.0)?;
         let base = base.bounded(&about.model)?;
@@ -513,6 +517,12 @@ impl<'a> Search<'a> {
         }
         self.settled_anew(model, |model| self.descended(model, &state.whitener), accepted).map(Some)
     }
+}
+
+// Keeps the entries that are allowed.
+fn keep<T>(entries: &mut Vec<T>, allowed: &[bool]) {
+    let mut allowed = allowed.iter();
+    entries.retain(|_| allowed.next().is_some_and(|a| *a));
 }
 
 // Two changes of the residual overlap by less than this cosine if they concern different joints.

@@ -1,5 +1,7 @@
 //! The settling of a model: about a reference of its own, under the noise that everything on offer would leave.
 
+use std::sync::OnceLock;
+
 use crate::IdentifyError;
 use crate::colour::Whitener;
 use crate::least_squares::distance;
@@ -284,7 +286,8 @@ impl Search<'_> {
         let at = refine(&problem, &mut model, &whitener, at, 6);
         let fitted = Fitted::of(layout, &whitener, model, at);
         let (reference, slopes) = (problem.form.reference(), problem.slopes);
-        Ok(State { fitted, whitener, accepted, trials, columns, reference, slopes })
+        let scores = OnceLock::new();
+        Ok(State { fitted, whitener, accepted, trials, columns, scores, reference, slopes })
     }
 }
 
