@@ -2,14 +2,13 @@
 
 use clap::Args;
 use serde_json::{Value, json};
-use sinew_data::nearest;
 use sinew_effect::{Entry, Family};
 use sinew_effects::{CATALOGUE, page};
 use sinew_identify::EPISODE;
 
 use crate::console::Console;
 use crate::effect_argument::no_law;
-use crate::error::CliError;
+use crate::error::{CliError, did_you_mean};
 
 /// Arguments of `sinew effects`.
 #[derive(Debug, Args)]
@@ -47,10 +46,7 @@ fn unknown(name: &str) -> CliError {
         return no_law();
     }
     let known: Vec<&str> = CATALOGUE.entries.iter().map(|e| e.card.name).collect();
-    let help = match nearest(name, &known) {
-        Some(meant) => format!("did you mean \"{meant}\"?"),
-        None => "`sinew effects` lists all of them".to_owned(),
-    };
+    let help = did_you_mean(name, &known).unwrap_or_else(|| "`sinew effects` lists all of them".to_owned());
     CliError::usage(name, "no effect of the catalogue", help)
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use sinew_data::DataError;
+use sinew_data::{DataError, nearest};
 use sinew_identify::IdentifyError;
 use sinew_linear::LinearError;
 use sinew_plant::PlantError;
@@ -98,4 +98,10 @@ impl From<SimulateError> for CliError {
     fn from(error: SimulateError) -> Self {
         Self::Simulate(Box::new(error))
     }
+}
+
+/// The help for a misspelt name; none if no known one is like it.
+pub(crate) fn did_you_mean<S: AsRef<str>>(name: &str, known: &[S]) -> Option<String> {
+    let known: Vec<&str> = known.iter().map(AsRef::as_ref).collect();
+    nearest(name, &known).map(|meant| format!("did you mean \"{meant}\"?"))
 }

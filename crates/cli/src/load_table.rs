@@ -4,9 +4,9 @@ use std::path::Path;
 
 use nalgebra::Vector6;
 use sinew_linear::{LoadTest, Wrench};
-use sinew_model::{Model, nearest};
+use sinew_model::Model;
 
-use crate::error::CliError;
+use crate::error::{CliError, did_you_mean};
 
 /// What a column holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,10 +106,8 @@ fn columns(file: &str, names: &[String], model: &Model) -> Result<Vec<Column>, C
     let mut columns = Vec::new();
     for (k, name) in names.iter().enumerate() {
         let Some((_, column)) = known.iter().find(|(known, _)| known == name) else {
-            let help = match nearest(name, &all) {
-                Some(near) => format!("did you mean \"{near}\"?"),
-                None => format!("the columns are {}", all.join(", ")),
-            };
+            let columns = || format!("the columns are {}", all.join(", "));
+            let help = did_you_mean(name, &all).unwrap_or_else(columns);
             return Err(CliError::usage(format!("{file}:1"), format!("no quantity \"{name}\""), help));
         };
         if names[..k].contains(name) {

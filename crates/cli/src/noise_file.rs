@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use sinew_data::{SensorFact, SensorFacts, nearest};
+use sinew_data::{SensorFact, SensorFacts};
 use sinew_model::Model;
 use sinew_simulate::{Noise, SensorNoise};
 
-use crate::error::CliError;
+use crate::error::{CliError, did_you_mean};
 
 /// Reads noise from a file: `QUANTITY.std`, `QUANTITY.resolution`, and the same with `QUANTITY.JOINT`.
 ///
@@ -18,10 +18,9 @@ pub(crate) fn read(path: &Path, model: &Model) -> Result<Noise, CliError> {
     let unknown = noise.sensors.iter().filter_map(|s| s.joint.as_deref()).find(|j| !joints.contains(j));
     let Some(unknown) = unknown else { return Ok(noise) };
     let what = format!("no joint \"{unknown}\" in robot \"{}\" (it has {})", model.name, joints.join(", "));
-    let help = match nearest(unknown, &joints) {
-        Some(joint) => format!("did you mean \"{joint}\"?"),
-        None => "write QUANTITY.JOINT with a joint of the robot, or QUANTITY alone for all".to_owned(),
-    };
+    let help = did_you_mean(unknown, &joints).unwrap_or_else(|| {
+        "write QUANTITY.JOINT with a joint of the robot, or QUANTITY alone for all".to_owned()
+    });
     Err(CliError::usage(path.display().to_string(), what, help))
 }
 

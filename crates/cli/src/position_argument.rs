@@ -1,8 +1,8 @@
 //! A position on the command line: numbers in order, or `joint=value` pairs.
 
-use sinew_model::{Model, nearest};
+use sinew_model::Model;
 
-use crate::error::CliError;
+use crate::error::{CliError, did_you_mean};
 
 /// The position that `text` names, one number for each degree of freedom; joints not named are 0.
 pub(crate) fn position(text: &str, model: &Model) -> Result<Vec<f64>, CliError> {
@@ -23,7 +23,7 @@ pub(crate) fn position(text: &str, model: &Model) -> Result<Vec<f64>, CliError> 
             None => (k, *part),
             Some((joint, value)) => {
                 let joint = joint.trim();
-                let meant = nearest(joint, &names).map(|n| format!("; did you mean \"{n}\"?"));
+                let meant = did_you_mean(joint, &names).map(|m| format!("; {m}"));
                 let unknown = || wrong(format!("no joint \"{joint}\"{}", meant.unwrap_or_default()));
                 (names.iter().position(|n| n == joint).ok_or_else(unknown)?, value.trim())
             }

@@ -8,7 +8,7 @@ use sinew_model::{LinkId, Model, Vector3};
 use sinew_report::{compliance_view, workspace_view};
 
 use crate::console::Console;
-use crate::error::CliError;
+use crate::error::{CliError, did_you_mean};
 use crate::inputs;
 use crate::plot_file::PlotFile;
 use crate::position_argument::position;
@@ -94,10 +94,8 @@ impl Stiffness {
 fn link(name: &str, model: &Model) -> Result<LinkId, CliError> {
     let known: Vec<String> = model.links.iter().map(|l| l.name.clone()).collect();
     model.link(name).ok_or_else(|| {
-        let help = match sinew_model::nearest(name, &known) {
-            Some(near) => format!("did you mean \"{near}\"?"),
-            None => format!("the links are {}", known.join(", ")),
-        };
+        let links = || format!("the links are {}", known.join(", "));
+        let help = did_you_mean(name, &known).unwrap_or_else(links);
         CliError::usage("--link", format!("no link \"{name}\" in robot \"{}\"", model.name), help)
     })
 }

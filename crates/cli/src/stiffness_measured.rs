@@ -11,7 +11,7 @@ use sinew_plant::Plant;
 use sinew_report::{number, with_std};
 use sinew_urdf::RobotFile;
 
-use crate::error::CliError;
+use crate::error::{CliError, did_you_mean};
 use crate::inputs;
 use crate::load_table;
 use crate::table::table;
@@ -105,14 +105,13 @@ impl Measured {
             (0..plant.model().nv).map(|dof| plant.model().dof_name(dof).to_owned()).collect();
         let mut dofs = Vec::new();
         for name in text.split(',').map(str::trim) {
-            let wrong = |what: String, near: Option<&str>| {
-                let near = near.map(|n| format!("did you mean \"{n}\"? ")).unwrap_or_default();
+            let wrong = |what: String, meant: Option<String>| {
+                let near = meant.map(|m| format!("{m} ")).unwrap_or_default();
                 let help = format!("{near}the joints are {}", names.join(", "));
                 CliError::usage(format!("--joints \"{text}\""), what, help)
             };
             let dof = names.iter().position(|n| n == name);
-            let near = sinew_model::nearest(name, &names);
-            let dof = dof.ok_or_else(|| wrong(format!("no joint \"{name}\""), near))?;
+            let dof = dof.ok_or_else(|| wrong(format!("no joint \"{name}\""), did_you_mean(name, &names)))?;
             if dofs.contains(&dof) {
                 return Err(wrong(format!("\"{name}\" stands there twice"), None));
             }

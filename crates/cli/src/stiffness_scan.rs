@@ -7,7 +7,7 @@ use sinew_linear::{StiffnessPoint, Wrench, configuration_grid, directions};
 use sinew_model::Model;
 use sinew_report::{number, quantity};
 
-use crate::error::CliError;
+use crate::error::{CliError, did_you_mean};
 use crate::table::table;
 
 /// Where to look beside one position.
@@ -51,8 +51,8 @@ impl Scan {
 
 fn range(text: &str, part: &str, model: &Model) -> Result<(usize, f64, f64), CliError> {
     let names: Vec<String> = (0..model.nv).map(|dof| model.dof_name(dof).to_owned()).collect();
-    let wrong = |what: String, near: Option<&str>| {
-        let near = near.map(|n| format!("did you mean \"{n}\"? ")).unwrap_or_default();
+    let wrong = |what: String, meant: Option<String>| {
+        let near = meant.map(|m| format!("{m} ")).unwrap_or_default();
         let help = format!(
             "{near}write joint=from..to, as in {}=-1..1; the joints are {}",
             names[0],
@@ -65,7 +65,7 @@ fn range(text: &str, part: &str, model: &Model) -> Result<(usize, f64, f64), Cli
     };
     let joint = joint.trim();
     let Some(dof) = names.iter().position(|n| n == joint) else {
-        return Err(wrong(format!("no joint \"{joint}\""), sinew_model::nearest(joint, &names)));
+        return Err(wrong(format!("no joint \"{joint}\""), did_you_mean(joint, &names)));
     };
     let number = |x: &str| x.trim().parse().ok().filter(|x: &f64| x.is_finite());
     let ends = range.split_once("..").and_then(|(from, to)| Some((number(from)?, number(to)?)));
