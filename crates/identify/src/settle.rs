@@ -19,9 +19,11 @@ const FALLS: f64 = 10.0;
 // The share of the objective by which they may differ besides where derivatives are taken about the reference.
 const HOLDS_SHARE: f64 = 0.01;
 // Shares of a row by which a torque of a moment acts before the middle of its hold: of commands of which every second or
-// every fourth is logged, and of a torque that nothing holds. The share of the objective that one of them may leave.
+// every fourth is logged, and of a torque that nothing holds. The share of the objective that one of them may leave, and that
+// below which nothing else is asked.
 const MOMENTS: [f64; 3] = [0.25, 0.375, 0.5];
 const CLEARLY: f64 = 0.95;
+const HALF: f64 = 0.5;
 // What joints may rise by in −2 log likelihood, as a share of what others fall by.
 const AT_COST: f64 = 0.1;
 // Most times that a model is led halfway back to what is stated.
@@ -182,8 +184,9 @@ impl Search<'_> {
             self.followed(&mut tried, Start::Kernel);
             let (_, _, [_, now]) = self.followed(&mut tried, Start::Reference);
             let Some(found) = form.reference() else { break };
-            // What an effect leaves that is missing may shrink by a wrong time, too; the log is then less likely.
-            let fits = now < CLEARLY * value && now < value - FALLS && found.misfit() < likely.iter().sum();
+            // What an effect leaves that is missing may shrink a little by a wrong time, too; the log is then less likely.
+            let is_clear = now < HALF * value || (now < CLEARLY * value && found.misfit() < likely.iter().sum());
+            let fits = is_clear && now < value - FALLS;
             if !fits && !is_likelier(&likely, &found.misfit_by_joint) {
                 break;
             }
