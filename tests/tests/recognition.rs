@@ -75,6 +75,19 @@ fn nothing_is_named_in_arms_by_chance_where_nothing_is_hidden() {
     assert!(named.is_empty(), "{named:?}");
 }
 
+// What a friction that warms up leaves shrinks by a tenth if torques act a quarter of a millisecond early, and the log is less
+// likely for it: they are held.
+#[test]
+fn what_a_missing_effect_leaves_does_not_tell_how_torques_are_logged() {
+    let arm = two_joints();
+    let all = hidden_effects(&arm, 0, 1.0);
+    let warm = all.iter().find(|h| h.effect == "temperature_dependent_friction").expect("it is in the suite");
+    let case = Case::new(&arm, &[warm], Conditions::FULL, 112);
+    let (outcome, diagnosis) = judge(&arm, &case, &Options::default()).expect("it can be simulated");
+    assert!(!diagnosis.scope.contains("moments"), "{}", diagnosis.scope);
+    assert!(case.is_right(&outcome), "{outcome:?}");
+}
+
 // Torques of every fourth command, 4 ms apart and held for 1 ms each, act 1.5 ms before the middles of the rows.
 #[test]
 fn a_log_that_keeps_one_of_four_commands_lacks_nothing() {

@@ -113,6 +113,13 @@ pub fn compare(
     Ok(comparison)
 }
 
+/// What the residual of the model as given looks like.
+pub(crate) fn findings_as_given(search: &Search, floors: &[f64]) -> Result<Vec<Finding>, IdentifyError> {
+    let problem = search.problem;
+    let residual = Candidate::new(problem, problem.robot.all_effects())?.residual(problem);
+    Ok(findings(search, &residual, floors))
+}
+
 /// The comparison of the model as given, and its residual rows.
 pub(crate) fn as_given(search: &Search, floors: &[f64]) -> Result<(Comparison, Vec<f64>), IdentifyError> {
     let problem = search.problem;

@@ -8,7 +8,7 @@ use sinew_model::{Robot, Setting};
 
 use crate::analysis::{Aim, Analysis, LeftOver, Worked, analysed, residual_told};
 use crate::base::scope;
-use crate::comparison::as_given;
+use crate::comparison::findings_as_given;
 use crate::episode::{self, Episode, episodes, sudden};
 use crate::explore::{Explored, explore, widening};
 use crate::fitting::{ParameterReport, Reported, parameters};
@@ -122,7 +122,7 @@ pub fn diagnose(
         let base = search.base(begun.prepared.base_specs(robot, catalogue))?;
         let sudden = sudden(search, &base);
         let floors = search.floors_told(&base)?;
-        let mut findings = as_given(search.yardstick(), &floors)?.0.findings;
+        let mut findings = findings_as_given(search.yardstick(), &floors)?;
         findings.splice(0..0, begun.suspicions.iter().cloned());
         let explored = explore(search, base, None)?;
         let scope = scope(robot, &begun.prepared.sensors, runs);

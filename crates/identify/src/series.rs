@@ -250,7 +250,18 @@ mod tests {
         assert!(off(&acting) < 2e-4 && off(&logged) > 0.1, "{} {}", off(&acting), off(&logged));
     }
 
-    // The same logged 1.5 ms before the middles of the holds.
+    // y = t²:  u = t² + 2 T t in the middle of every hold, whatever the step.
+    #[test]
+    fn the_slope_of_a_lag_is_that_in_the_middle_of_its_hold() {
+        let (step, lag) = (4e-3, 5e-3);
+        let at = |k: usize| k as f64 * step;
+        let led = led((0..10).map(|k| at(k).powi(2)).collect(), lag, step);
+        for (k, u) in led.iter().enumerate().skip(2) {
+            assert!((u - at(k).powi(2) - 2.0 * lag * at(k)).abs() < 1e-15, "{k}: {u}");
+        }
+    }
+
+    // What acts is logged 1.5 ms before the middles of the holds.
     #[test]
     fn a_torque_of_a_moment_acts_in_the_middle_of_its_hold() {
         let step = 4e-3;

@@ -185,7 +185,8 @@ impl Search<'_> {
             let (_, _, [_, now]) = self.followed(&mut tried, Start::Reference);
             let Some(found) = form.reference() else { break };
             // What an effect leaves that is missing may shrink a little by a wrong time, too; the log is then less likely.
-            let is_clear = now < HALF * value || (now < CLEARLY * value && found.misfit() < likely.iter().sum());
+            let is_clear =
+                now < HALF * value || (now < CLEARLY * value && found.misfit() < likely.iter().sum());
             let fits = is_clear && now < value - FALLS;
             if !fits && !is_likelier(&likely, &found.misfit_by_joint) {
                 break;
