@@ -173,35 +173,34 @@ impl Search<'_> {
     ) -> Result<Linearised, IdentifyError> {
         let form = self.problem.form;
         let Some(reference) = form.reference() else { return Ok(at) };
-        let (whitener, mut value) = self.alone(model, &at);
-        let mut likely = reference.misfit_by_joint.clone();
-        let mut best = None;
+        let (whitener, value) = self.alone(model, &at);
+        let held = Followed { value, misfits: reference.misfit_by_joint.clone() };
+        let mut best: Option<(LoggedTorques, Candidate, Followed)> = None;
         for share in MOMENTS {
             let torques = LoggedTorques { early: share * form.layout().period, ..reference.torques };
-            form.begin_anew(torques);
-            let mut tried = best.as_ref().map_or(&*model, |(_, tried)| tried).again(self.problem)?;
-            // How likely it is, by the model that has followed.
-            self.followed(&mut tried, Start::Kernel);
-            let (_, _, [_, now]) = self.followed(&mut tried, Start::Reference);
-            let Some(found) = form.reference() else { break };
-            // What an effect leaves that is missing may shrink a little by a wrong time, too; the log is then less likely.
-            let is_clear =
-                now < HALF * value || (now < CLEARLY * value && found.misfit() < likely.iter().sum());
-            let fits = is_clear && now < value - FALLS;
-            if !fits && !is_likelier(&likely, &found.misfit_by_joint) {
-                break;
+            let (before, found) = best.as_ref().map_or((&*model, &held), |(_, model, found)| (model, found));
+            let mut tried = before.again(self.problem)?;
+            match self.followed_taking(torques, &mut tried) {
+                Some(now) if now.is_better_than(found) => best = Some((torques, tried, now)),
+                _ => break,
             }
-            value = now;
-            likely.clone_from(&found.misfit_by_joint);
-            best = Some((torques, tried));
         }
-        let Some((torques, tried)) = best else {
+        let Some((torques, tried, _)) = best else {
             form.adopt(&reference);
             return Ok(at);
         };
         form.begin_anew(torques);
         *model = tried;
         Ok(self.led(model, &RENEWALS, |model| self.descended(model, &whitener), true))
+    }
+
+    // How a model does that has followed logged torques taken so.
+    fn followed_taking(&self, torques: LoggedTorques, model: &mut Candidate) -> Option<Followed> {
+        self.problem.form.begin_anew(torques);
+        self.followed(model, Start::Kernel);
+        let (_, _, [_, value]) = self.followed(model, Start::Reference);
+        let misfits = self.problem.form.reference()?.misfit_by_joint.clone();
+        Some(Followed { value, misfits })
     }
 
     // Torque noise that moves the joints is in their accelerations: without it, if that makes the log likelier.
@@ -295,9 +294,26 @@ impl Search<'_> {
     }
 }
 
+// How a model does about a motion that it has led: its objective under the noise that it leaves, and −2 log likelihood by
+// joint.
+struct Followed {
+    value: f64,
+    misfits: Vec<f64>,
+}
+
+impl Followed {
+    // What an effect leaves that is missing may shrink a little by a wrong time, too; the log is then less likely.
+    fn is_better_than(&self, other: &Self) -> bool {
+        let misfit = |of: &Self| of.misfits.iter().sum::<f64>();
+        let is_likelier = || misfit(self) < misfit(other);
+        let fits = self.value < HALF * other.value || (self.value < CLEARLY * other.value && is_likelier());
+        (fits && self.value < other.value - FALLS) || is_likelier_by_joints(&other.misfits, &self.misfits)
+    }
+}
+
 // True if another way to take logged torques makes the log likelier by joint after joint: it is the same for all of them,
 // where an effect that one of them lacks may ask for it at the cost of others.
-fn is_likelier(before: &[f64], after: &[f64]) -> bool {
+fn is_likelier_by_joints(before: &[f64], after: &[f64]) -> bool {
     let changes = || before.iter().zip(after).map(|(before, after)| after - before);
     let (rise, fall) = changes().fold((0.0, 0.0), |(rise, fall), x| (rise + x.max(0.0), fall - x.min(0.0)));
     changes().filter(|x| *x < -FALLS).count() > 1 && rise < AT_COST * fall
@@ -312,9 +328,9 @@ mod tests {
         let before = [-5000.0, -7000.0, -6000.0];
         let with =
             |changes: [f64; 3]| -> Vec<f64> { before.iter().zip(changes).map(|(b, c)| b + c).collect() };
-        assert!(is_likelier(&before, &with([-900.0, -40.0, 20.0])));
+        assert!(is_likelier_by_joints(&before, &with([-900.0, -40.0, 20.0])));
         // One joint alone asks for it: it may lack an effect.
-        assert!(!is_likelier(&before, &with([-900.0, 30.0, 20.0])));
-        assert!(!is_likelier(&before, &with([-900.0, -900.0, 2000.0])));
+        assert!(!is_likelier_by_joints(&before, &with([-900.0, 30.0, 20.0])));
+        assert!(!is_likelier_by_joints(&before, &with([-900.0, -900.0, 2000.0])));
     }
 }
