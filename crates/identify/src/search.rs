@@ -515,7 +515,7 @@ impl<'a> Search<'a> {
             let effect = model.specs.len() - 1;
             accepted.push(Accepted { effect, others, ..taken(&companion, Vec::new()) });
         }
-        self.settled_anew(model, |model| self.descended(model, &state.whitener), accepted).map(Some)
+        self.settled_after(state, model, accepted).map(Some)
     }
 }
 

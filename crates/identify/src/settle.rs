@@ -62,6 +62,32 @@ impl Search<'_> {
         self.settled(model, at, accepted)
     }
 
+    /// The same of a model with more effects than that of `before`. If the log is less likely for it than it was, about a
+    /// reference that is led from where that of `before` is, too: the likelier of the two.
+    pub fn settled_after(
+        &self,
+        before: &State,
+        model: Candidate,
+        accepted: Vec<Accepted>,
+    ) -> Result<State, IdentifyError> {
+        let form = self.problem.form;
+        let descend = |model: &mut Candidate| self.descended(model, &before.whitener);
+        let misfit = |state: &State| state.reference.as_ref().map_or(0.0, |reference| reference.misfit());
+        let mut again = model.again(self.problem)?;
+        let first = self.settled_anew(model, descend, accepted.clone())?;
+        let Some(reference) = before.reference.as_ref().filter(|_| misfit(&first) > misfit(before)) else {
+            return Ok(first);
+        };
+        form.adopt(reference);
+        let at = self.led(&mut again, &ONCE_MORE, descend, false);
+        let second = self.settled(again, at, accepted)?;
+        if misfit(&second) < misfit(&first) {
+            return Ok(second);
+        }
+        first.reference.iter().for_each(|reference| form.adopt(reference));
+        Ok(first)
+    }
+
     fn led(
         &self,
         model: &mut Candidate,
