@@ -7,7 +7,7 @@ use crate::colour::Whitener;
 use crate::least_squares::distance;
 use crate::problem::{Candidate, Linearised, objective, refine};
 use crate::refit::Fitted;
-use crate::residual::{LoggedTorques, Start};
+use crate::residual::{Layout, LoggedTorques, Start};
 use crate::search::{Accepted, Saturated, Search, State};
 
 // What each reference of a model is led from, the squared length of what they may differ by, and what −2 log likelihood or
@@ -207,7 +207,7 @@ impl Search<'_> {
             let (before, found) = best.as_ref().map_or((&*model, &held), |(_, model, found)| (model, found));
             let mut tried = before.again(self.problem)?;
             match self.followed_taking(torques, &mut tried) {
-                Some(now) if now.is_better_than(found) => best = Some((torques, tried, now)),
+                Some(now) if now.is_better_than(found, form.layout()) => best = Some((torques, tried, now)),
                 _ => break,
             }
         }
@@ -328,12 +328,14 @@ struct Followed {
 }
 
 impl Followed {
-    // What an effect leaves that is missing may shrink a little by a wrong time, too; the log is then less likely.
-    fn is_better_than(&self, other: &Self) -> bool {
+    // What an effect leaves that is missing may shrink a little by a wrong time, too; the log is then less likely. Where
+    // `layout` says that much is left even so, only what joint after joint says counts.
+    fn is_better_than(&self, other: &Self, layout: &Layout) -> bool {
         let misfit = |of: &Self| of.misfits.iter().sum::<f64>();
         let is_likelier = || misfit(self) < misfit(other);
         let fits = self.value < HALF * other.value || (self.value < CLEARLY * other.value && is_likelier());
-        (fits && self.value < other.value - FALLS) || is_likelier_by_joints(&other.misfits, &self.misfits)
+        let is_told_by_joints = || is_likelier_by_joints(&other.misfits, &self.misfits);
+        self.value < other.value - FALLS && ((fits && !layout.is_much(self.value)) || is_told_by_joints())
     }
 }
 
