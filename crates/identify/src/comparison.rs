@@ -115,16 +115,13 @@ pub fn compare(
 
 /// What the residual of the model as given looks like.
 pub(crate) fn findings_as_given(search: &Search, floors: &[f64]) -> Result<Vec<Finding>, IdentifyError> {
-    let problem = search.problem;
-    let residual = Candidate::new(problem, problem.robot.all_effects())?.residual(problem);
-    Ok(findings(search, &residual, floors))
+    Ok(findings(search, &given(search)?.residual(search.problem), floors))
 }
 
 /// The comparison of the model as given, and its residual rows.
 pub(crate) fn as_given(search: &Search, floors: &[f64]) -> Result<(Comparison, Vec<f64>), IdentifyError> {
-    let problem = search.problem;
-    let model = Candidate::new(problem, problem.robot.all_effects())?;
-    let residual = model.residual(problem);
+    let model = given(search)?;
+    let residual = model.residual(search.problem);
     let comparison = Comparison {
         signals: signals(search, &residual, floors),
         runs: run_errors(search, &residual, floors),
@@ -133,6 +130,11 @@ pub(crate) fn as_given(search: &Search, floors: &[f64]) -> Result<(Comparison, V
         traces: traces(search, &model),
     };
     Ok((comparison, residual))
+}
+
+// The robot's model with every effect that is stated, at the stated values.
+fn given(search: &Search) -> Result<Candidate, IdentifyError> {
+    Candidate::new(search.problem, search.problem.robot.all_effects())
 }
 
 // How a bending link stands is measured by no sensor, and nothing here estimates it.

@@ -156,7 +156,7 @@ pub(crate) fn others(passed: &[Refit], one: &Refit) -> Vec<Other> {
     };
     let of = |r: &Refit| {
         let spec = r.fitted.model.present_specs(None).pop()?;
-        Some(Other { trial: r.trial.clone(), spec, is_near: explains(r) > NEARLY * explains(one) })
+        Some(Other { trial: r.trial.clone(), spec, is_near: explains(r) > NEAR * explains(one) })
     };
     passed.iter().filter(is_near).take(MOST).filter_map(of).collect()
 }
@@ -164,5 +164,5 @@ pub(crate) fn others(passed: &[Refit], one: &Refit) -> Vec<Other> {
 // Share of what was accepted that another must explain to be tried in its place, that from which on it is tried about a
 // motion of its own, and how many are.
 const GOOD_PART: f64 = 0.3;
-const NEARLY: f64 = 0.7;
+const NEAR: f64 = 0.7;
 const MOST: usize = 3;

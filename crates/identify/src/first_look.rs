@@ -31,11 +31,10 @@ pub(crate) struct FirstLook {
     // Labels of the candidates that explained something in any of its rounds, and those of the others.
     promising: BTreeSet<String>,
     unpromising: BTreeSet<String>,
-    // What the part would have shown.
-    limits: Vec<DetectionLimit>,
-    // Samples of the part and of the whole log.
+    /// What the whole log would have shown: the standard deviations of the part shrink by the root of the samples.
+    pub limits: Vec<DetectionLimit>,
+    // Samples of the part.
     samples: usize,
-    whole: usize,
 }
 
 // Samples of all runs beyond which a log is long, and those of its part.
@@ -60,8 +59,10 @@ impl FirstLook {
         if !moves_like(&of_part, prepared) {
             return None;
         }
-        let look = Self::at(robot, catalogue, &part, &of_part, options).ok().flatten()?;
-        Some(Self { whole: samples(runs), ..look })
+        let mut look = Self::at(robot, catalogue, &part, &of_part, options).ok().flatten()?;
+        let share = (look.samples as f64 / samples(runs) as f64).sqrt();
+        look.limits.iter_mut().for_each(|limit| limit.smallest *= share);
+        Some(look)
     }
 
     fn at(
@@ -93,7 +94,6 @@ impl FirstLook {
             promising,
             limits,
             samples: samples(runs),
-            whole: samples(runs),
         }))
     }
 
@@ -103,15 +103,6 @@ impl FirstLook {
         let label = trial.label();
         self.promising.contains(&label)
             || (trial.exact_spec().is_none() && !self.unpromising.contains(&label))
-    }
-
-    /// What would have been seen along the whole log of candidates that are not tried there: the standard deviations of the
-    /// part shrink by the square root of the samples.
-    pub fn limits(&self) -> impl Iterator<Item = DetectionLimit> {
-        let share = (self.samples as f64 / self.whole as f64).sqrt();
-        self.limits
-            .iter()
-            .map(move |limit| DetectionLimit { smallest: share * limit.smallest, ..limit.clone() })
     }
 
     /// Why candidates are not tried along the whole log.

@@ -56,11 +56,11 @@ pub(crate) fn limits(search: &Search, explored: &Explored) -> Vec<DetectionLimit
             None => all.push(limit),
         }
     }
-    let of_part: Vec<DetectionLimit> = search.look.iter().flat_map(|look| look.limits()).collect();
-    let is_missing =
-        |part: &DetectionLimit| !all.iter().any(|l| l.effect == part.effect && l.place == part.place);
-    let missing: Vec<DetectionLimit> = of_part.into_iter().filter(is_missing).collect();
-    all.extend(missing);
+    for limit in search.look.iter().flat_map(|look| &look.limits) {
+        if !all.iter().any(|l| l.effect == limit.effect && l.place == limit.place) {
+            all.push(limit.clone());
+        }
+    }
     all
 }
 

@@ -48,9 +48,13 @@ pub(crate) struct State {
 impl State {
     /// True if the model could be followed along all runs, and its noise found.
     pub fn is_finite(&self) -> bool {
-        let misfit = self.reference.as_ref().map_or(0.0, |reference| reference.misfit());
-        let numbers = [self.fitted.objective, misfit];
+        let numbers = [self.fitted.objective, self.misfit()];
         numbers.iter().chain(&self.whitener.floors()).all(|x| x.is_finite()) && self.fitted.at.is_finite()
+    }
+
+    /// −2 log likelihood of what was measured about the reference; zero where there is none.
+    pub fn misfit(&self) -> f64 {
+        self.reference.as_ref().map_or(0.0, |reference| reference.misfit())
     }
 
     /// The effects that were accepted since the state `before`.

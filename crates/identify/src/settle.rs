@@ -72,16 +72,15 @@ impl Search<'_> {
     ) -> Result<State, IdentifyError> {
         let form = self.problem.form;
         let descend = |model: &mut Candidate| self.descended(model, &before.whitener);
-        let misfit = |state: &State| state.reference.as_ref().map_or(0.0, |reference| reference.misfit());
         let mut again = model.again(self.problem)?;
         let first = self.settled_anew(model, descend, accepted.clone())?;
-        let Some(reference) = before.reference.as_ref().filter(|_| misfit(&first) > misfit(before)) else {
+        let Some(reference) = before.reference.as_ref().filter(|_| first.misfit() > before.misfit()) else {
             return Ok(first);
         };
         form.adopt(reference);
         let at = self.led(&mut again, &ONCE_MORE, descend, false);
         let second = self.settled(again, at, accepted)?;
-        if misfit(&second) < misfit(&first) {
+        if second.misfit() < first.misfit() {
             return Ok(second);
         }
         first.reference.iter().for_each(|reference| form.adopt(reference));
