@@ -150,7 +150,7 @@ fn refused_once_settled(
     }
     let mut refused = unseen.map(|u| u.refused(before, after)).unwrap_or_default();
     if !search.problem.form.layout().is_much(before.fitted.objective) {
-        refused.extend(unlikely(before, after));
+        refused.extend(unlikely(search, before, after));
         refused.extend(unsure(search, before, after));
     }
     refused
@@ -163,14 +163,14 @@ fn each_refused<'a>(entries: impl IntoIterator<Item = &'a Accepted>, reason: &st
 // The rows are formed about a motion in which some of the noise is left, and an effect that averages or delays it, a dead
 // time above all, may gain by that alone. In the −2 log likelihood of all samples the gain is gone: it falls by what the
 // rows promised and more where the effect is real. What relieves a tension promises nothing.
-fn unlikely(before: &State, after: &State) -> Option<(Trial, String)> {
-    let (old, new) = (before.reference.as_ref()?.misfit(), after.reference.as_ref()?.misfit());
+fn unlikely(search: &Search, before: &State, after: &State) -> Option<(Trial, String)> {
     let added = after.added_since(before);
     if added.iter().all(|a| a.evidence.is_relief()) {
         return None;
     }
     let promised = added.iter().map(|a| a.evidence.data).sum();
-    too_little_kept(old - new, promised, "a motion of its own").map(|reason| (added[0].trial.clone(), reason))
+    let kept = search.fall_of_misfit(before, after)?;
+    too_little_kept(kept, promised, "a motion of its own").map(|reason| (added[0].trial.clone(), reason))
 }
 
 // False if a round had candidates and none of them is likely: those are not offered again.
@@ -202,7 +202,7 @@ fn unlikely_at_once(search: &Search, state: &State, round: &mut Round) -> Vec<(T
         if evidence.is_relief() {
             return None;
         }
-        let kept = reference.misfit() - form.misfit(&model.plant, &model.p)?;
+        let kept = reference.misfit() - form.misfit(reference, &reference.torque_noise, &model.plant, &model.p)?;
         too_little_kept(kept, evidence.data, "the present motion")
     };
     let reasons: Vec<Option<String>> = round.passed.par_iter().map(reason).collect();

@@ -544,10 +544,9 @@ impl ResidualForm for Innovation {
         let (motions, torque_noise) = (now.motions.clone(), now.torque_noise.clone());
         self.adopt(&Arc::new(Reference { torques, motions, torque_noise, ..Reference::default() }));
     }
-    fn misfit(&self, plant: &Plant, p: &[f64]) -> Option<f64> {
-        let now = self.present();
-        let pass = Pass::new(self, now.motions.clone(), now.torques.early, plant, p);
-        Some(pass.misfits(&now.torque_noise).iter().sum())
+    fn misfit(&self, about: &Reference, torque_noise: &[f64], plant: &Plant, p: &[f64]) -> Option<f64> {
+        let pass = Pass::new(self, about.motions.clone(), about.torques.early, plant, p);
+        Some(pass.misfits(torque_noise).iter().sum())
     }
     fn adopt(&self, reference: &Arc<Reference>) {
         *self.reference.write().unwrap_or_else(PoisonError::into_inner) = Arc::clone(reference);

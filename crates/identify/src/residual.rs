@@ -42,9 +42,9 @@ pub(crate) trait ResidualForm: Sync {
     fn begin_anew(&self, _torques: LoggedTorques) {}
     /// Comes back to a reference.
     fn adopt(&self, _reference: &Arc<Reference>) {}
-    /// −2 log likelihood of what was measured by another model, about the present reference and under its noise; none
-    /// where there is no reference.
-    fn misfit(&self, _plant: &Plant, _p: &[f64]) -> Option<f64> {
+    /// −2 log likelihood of what was measured by a model about the motion of a reference, under torque noise of this size;
+    /// none where there is no reference.
+    fn misfit(&self, _about: &Reference, _torque_noise: &[f64], _plant: &Plant, _p: &[f64]) -> Option<f64> {
         None
     }
 }
