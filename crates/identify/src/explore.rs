@@ -202,7 +202,8 @@ fn unlikely_at_once(search: &Search, state: &State, round: &mut Round) -> Vec<(T
         if evidence.is_relief() {
             return None;
         }
-        let kept = reference.misfit() - form.misfit(reference, &reference.torque_noise, &model.plant, &model.p)?;
+        let kept =
+            reference.misfit() - form.misfit(reference, &reference.torque_noise, &model.plant, &model.p)?;
         too_little_kept(kept, evidence.data, "the present motion")
     };
     let reasons: Vec<Option<String>> = round.passed.par_iter().map(reason).collect();

@@ -312,19 +312,23 @@ impl<'a> Pass<'a> {
         self.inputs[run][joint][k]
     }
 
-    // The motions with the smoothed deviation added.
+    // The motions with the smoothed deviation added. Friction near rest takes a motor to its velocity within a sample, so that
+    // nothing shows the first one, and a link that begins with a wrong one swings for long: from pass to pass both would leave
+    // all reason. A run begins with the kernel's motion, which fades out while its springs are led.
     fn smoothed(&self, noise: &[f64]) -> Vec<Motion> {
         let mut motions = self.motions.clone();
         let smoothed =
             self.of_each_group(noise, |kalman, run| kalman.smoothed(|joint, k| self.input(run, joint, k)));
-        for (motion, groups) in motions.iter_mut().zip(smoothed) {
+        let runs = motions.iter_mut().zip(smoothed).zip(&self.systems).zip(&self.form.smooth);
+        for (((motion, groups), system), kernel) in runs {
             for (joint, deviation) in self.form.joints.iter().zip(groups.into_iter().flatten()) {
                 // The sample after the last hold goes with it.
                 let last = deviation.last().copied();
-                let (theta, thetad) = (&mut motion.theta[joint.dof], &mut motion.thetad[joint.dof]);
                 for (k, x) in deviation.iter().copied().chain(last).enumerate() {
-                    theta[k] += x[0];
-                    thetad[k] += x[1];
+                    motion.deviate(joint.dof, k, [x[0], x[1]]);
+                    if k < system.led {
+                        motion.fade_in(joint.dof, k, k as f64 / system.led as f64, kernel);
+                    }
                 }
             }
         }

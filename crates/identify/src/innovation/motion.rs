@@ -52,6 +52,19 @@ impl Motion {
         0.5 * (theta[k] + theta[k + 1]) + h / 8.0 * (thetad[k] - thetad[k + 1])
     }
 
+    /// Adds a deviation of position and velocity to a sample.
+    pub fn deviate(&mut self, dof: usize, k: usize, [position, velocity]: [f64; 2]) {
+        self.theta[dof][k] += position;
+        self.thetad[dof][k] += velocity;
+    }
+
+    /// Keeps a share of the way of a sample from another motion.
+    pub fn fade_in(&mut self, dof: usize, k: usize, share: f64, from: &Self) {
+        let between = |to: &mut f64, from: f64| *to = from + share * (*to - from);
+        between(&mut self.theta[dof][k], from.theta[dof][k]);
+        between(&mut self.thetad[dof][k], from.thetad[dof][k]);
+    }
+
     /// Takes back half of the way from another motion.
     pub fn halve(&mut self, from: &Self) {
         let series = self.theta.iter_mut().chain(&mut self.thetad);
