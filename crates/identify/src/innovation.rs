@@ -15,7 +15,6 @@ mod rows;
 mod system;
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::{Arc, PoisonError, RwLock};
 
 use rayon::prelude::*;
@@ -67,8 +66,6 @@ pub(crate) struct Innovation {
     layout: Layout,
     // The kernel's motion of every run.
     smooth: Vec<Motion>,
-    // True once gains of small groups have made an unstable filter.
-    bound: AtomicBool,
     reference: RwLock<Arc<Reference>>,
 }
 
@@ -78,9 +75,6 @@ const SETTLED_NOISE: f64 = 0.15;
 // Shares of the way that are tried, each half of the one before, and what −2 log likelihood may rise by a sample.
 const TRIES: usize = 3;
 const WORSE: f64 = 0.01;
-// Most joints whose covariance is carried along together behind fine encoders: these show where a joint is, whatever its
-// neighbours do. Behind coarse ones the motion of one tells of the others, and without that χ² is five times what it should be.
-const FINE_GROUP: usize = 3;
 // Standard deviations of a velocity from rest within which it may be rest.
 const UNSURE: f64 = 6.0;
 
@@ -121,8 +115,7 @@ impl Innovation {
         let layout = Layout::of(&records, &channels, TRANSIENT, |_, _| 0.0);
         let reference = Reference { records, ..Reference::default() };
         let reference = RwLock::new(Arc::new(reference));
-        let bound = AtomicBool::new(false);
-        Some(Self { channels, joints, runs, layout, smooth: motions, bound, reference })
+        Some(Self { channels, joints, runs, layout, smooth: motions, reference })
     }
 
     /// The same with the present reference's velocities known as well as its noise lets them: where a motor may rest or
@@ -157,13 +150,11 @@ impl Innovation {
         self.joints.iter().zip(noise).map(|(joint, n)| n.min(read(joint.torque))).collect()
     }
 
-    // Joints whose covariance is carried along together: groups as alike in size as may be, the larger ones nearer to the
-    // tip, where light links move each other most.
+    // Joints whose covariance is carried along together: all that may be, since the torque noise of one moves the others. Of
+    // more, groups as alike in size as may be, the larger ones nearer to the tip, where light links move each other most.
     fn groups(&self) -> Vec<Range<usize>> {
         let n = self.joints.len();
-        let are_coupled = self.runs.iter().any(|run| run.scales.coarse) || self.bound.load(Relaxed);
-        let most = if are_coupled { GROUP } else { FINE_GROUP };
-        let count = n.div_ceil(most).max(1);
+        let count = n.div_ceil(GROUP).max(1);
         (0..count).map(|group| group * n / count..(group + 1) * n / count).collect()
     }
 
@@ -219,15 +210,6 @@ impl Innovation {
         let motions = pass.motions.clone();
         let commanded = torques.move_without_noise.then(|| pass.commanded(&noise));
         let (records, smooth, measured) = pass.frozen(&noise, commanded.as_deref(), (plant, p));
-        // Gains that know nothing of what the joints of other groups do may let deviations grow.
-        let is_stable = |record: &Record| match &record.reduction {
-            Reduction::Innovations(rows) => rows.filters.is_stable(),
-            _ => true,
-        };
-        if self.groups().len() > 1 && !self.bound.load(Relaxed) && !records.par_iter().all(is_stable) {
-            self.bound.store(true, Relaxed);
-            return self.renewed(plant, p, from);
-        }
         Reference {
             records,
             smooth,

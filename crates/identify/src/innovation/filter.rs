@@ -9,8 +9,8 @@
 
 use std::ops::Range;
 
-use super::kalman::{Gains, START};
-use super::system::{Deviations, Joint, SENSORS, Shown, System, Torques};
+use super::kalman::Gains;
+use super::system::{Deviations, SENSORS, Shown, System, Torques};
 use crate::least_squares::add;
 
 /// The frozen filters of all joints of a run.
@@ -22,9 +22,6 @@ pub(super) struct Filters {
     /// Samples of a row.
     pub every: usize,
 }
-
-// How many times as large as at the start a deviation may become when nothing drives it.
-const GROWN: f64 = 1e3;
 
 /// What the sensors of a joint show in a sample, W sets of readings at once.
 pub(super) type Readouts<const W: usize> = [[f64; W]; SENSORS];
@@ -133,28 +130,6 @@ impl Filters {
             }
         }
         out
-    }
-
-    /// True if deviations that nothing drives do not grow beyond all reason.
-    pub fn is_stable(&self) -> bool {
-        let n = self.system.joints.len();
-        let begun = |joint: &Joint| {
-            let link = if joint.is_rigid() { [0.0; 2] } else { START };
-            [[START[0]], [START[1]], [link[0]], [link[1]]]
-        };
-        let mut x: Vec<[[f64; 1]; 4]> = self.system.joints.iter().map(begun).collect();
-        let mut next = x.clone();
-        let mut sums = vec![[[0.0]; SENSORS]; n];
-        let (torques, read) = ([[0.0]; 2], [[0.0]; SENSORS]);
-        (0..self.system.len()).all(|k| {
-            for (group, gains) in &self.groups {
-                self.correct(group.clone(), gains, k, |_| &read, &mut x, &mut sums);
-            }
-            self.system.advance(0..n, k, |_| &torques, &x, &mut next);
-            std::mem::swap(&mut x, &mut next);
-            let is_near = |x: &[[f64; 1]; 4]| (0..4).all(|s| x[s][0].abs() < GROWN * START[s % 2]);
-            x.iter().all(is_near)
-        })
     }
 
     // e = y − c x̃,  x̃ ← x̃ + K e,  sensor by sensor;  adds e/√S to the sums.

@@ -59,8 +59,8 @@ impl Gains {
 /// Inputs of one sample: torque of the hold that follows, what the sensors show.
 pub(super) type Input = (f64, [f64; SENSORS]);
 
-/// Standard deviation of the deviation at the start: position, velocity.
-pub(super) const START: [f64; 2] = [1e-3, 0.1];
+// Standard deviation of the deviation at the start: position, velocity.
+const START: [f64; 2] = [1e-3, 0.1];
 // Noise of a link's torque as a share of its motor's; a link that is lighter than its rotor would answer to it more than the
 // rotor does to its own.
 const LINK_SHARE: f64 = 0.04;
