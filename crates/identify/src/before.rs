@@ -6,7 +6,7 @@ use sinew_model::{EffectSpec, Place, Robot, nearest};
 
 use crate::comparison::Prepared;
 use crate::range_checks::range_checks;
-use crate::record::all_have;
+use crate::record::{Sensors, all_have};
 use crate::report::Finding;
 use crate::tolerance::with_tolerance;
 use crate::torque_checks::torque_notes;
@@ -27,6 +27,7 @@ pub(crate) fn begun(
     let (robot, mut findings) = as_measured(robot, catalogue, runs);
     findings.extend(unknown);
     let prepared = Prepared::new(&robot, runs, options)?;
+    findings.extend(uncompared(&robot, &prepared.sensors));
     findings.extend(checked(&robot, catalogue, runs, &prepared, options)?);
     let (robot, finding) = with_tolerance(robot, catalogue, &prepared, options)?;
     findings.splice(0..0, finding);
@@ -112,6 +113,19 @@ fn strangers(robot: &Robot, runs: &[Run]) -> Option<Finding> {
         robot.model.name
     );
     Some(Finding::of_data(names.join(", "), "", statement))
+}
+
+// Joints that move and of which nothing shows what the model says of them.
+fn uncompared(robot: &Robot, sensors: &Sensors) -> Option<Finding> {
+    let is_compared = |dof: usize| sensors.channels.iter().any(|c| c.dof == dof);
+    let moving = (0..robot.model.nv).filter(|&dof| sensors.imposed[dof].is_some());
+    let names: Vec<&str> =
+        moving.filter(|&dof| !is_compared(dof)).map(|dof| robot.model.dof_name(dof)).collect();
+    let statement = format!(
+        "nothing of {} is compared, since not every run has a torque of it: what is missing there does not show",
+        listed(&names)
+    );
+    (!names.is_empty()).then(|| Finding::of_data(names.join(", "), "", statement))
 }
 
 // What a motion that occurs twice is good for.

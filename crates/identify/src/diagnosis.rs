@@ -3,15 +3,15 @@
 use serde::Serialize;
 
 use sinew_data::Run;
-use sinew_effect::{Card, Catalogue};
-use sinew_model::{Robot, Setting};
+use sinew_effect::{Card, Catalogue, PlaceKind};
+use sinew_model::{Place, Robot, Setting};
 
 use crate::analysis::{Aim, Analysis, LeftOver, Worked, analysed, residual_told};
 use crate::base::scope;
 use crate::comparison::findings_as_given;
 use crate::episode::{self, Episode, episodes, sudden};
 use crate::explore::{Explored, explore, widening};
-use crate::fitting::{ParameterReport, Reported, parameters};
+use crate::fitting::{ParameterReport, Reported, parameters, pulls};
 use crate::gates::Evidence;
 use crate::limits::{DetectionLimit, limits};
 use crate::probability::{Grounds, likelihood_of_tied};
@@ -144,13 +144,13 @@ pub(crate) fn report(
     let state = &explored.state;
     let reports = parameters(search, state, widening(search, state));
     let own = clocks(search, state, &reports).into_iter().chain(differences(state, &reports));
-    let findings = own.chain(findings).collect();
+    let findings = own.chain(pulls(state, &reports)).chain(findings).collect();
     let channels = channels(search, state);
     let left = left_of_channels(search.problem.form.layout(), &state.fitted.white);
     let mut verdict = word(&channels, &left, state.accepted.len());
     let grounds: Vec<Grounds> =
         state.accepted.iter().map(|entry| Grounds::of(search, explored, &left, entry)).collect();
-    let of = |(entry, grounds): (&Entry, &Grounds)| candidate(search, &reports, entry, *grounds);
+    let of = |(entry, grounds): (&Entry, &Grounds)| candidate(search, state, &reports, entry, *grounds);
     let mut candidates: Vec<CandidateReport> = state.accepted.iter().zip(&grounds).map(of).collect();
     let mut scope = scope;
     let false_acceptance = false_acceptance(search, state)?;
@@ -291,7 +291,13 @@ const FEWEST_BLOCKS: usize = 12;
 // A clock error is told if it is this share of a sample period.
 const CLOCK_SHARE: f64 = 0.3;
 
-fn candidate(search: &Search, reports: &[Reported], entry: &Entry, grounds: Grounds) -> CandidateReport {
+fn candidate(
+    search: &Search,
+    state: &State,
+    reports: &[Reported],
+    entry: &Entry,
+    grounds: Grounds,
+) -> CandidateReport {
     let probability = grounds.probability();
     let own = reports.iter().filter(|(effect, _)| *effect == entry.effect);
     let own: Vec<ParameterReport> = own.map(|(_, report)| report.clone()).collect();
@@ -304,13 +310,17 @@ fn candidate(search: &Search, reports: &[Reported], entry: &Entry, grounds: Grou
         values: own,
         z: grounds.z,
         grounds: Some(grounds),
-        rivals: rivals(search, entry, probability, grounds.once),
+        rivals: rivals(search, state, entry, probability, grounds.once),
     }
 }
 
-// Tied candidates, then structural partners that the card names.
-fn rivals(search: &Search, entry: &Entry, probability: f64, once: bool) -> Vec<RivalReport> {
+// Tied candidates, then structural partners that the card names; none that is named beside it.
+fn rivals(search: &Search, state: &State, entry: &Entry, probability: f64, once: bool) -> Vec<RivalReport> {
     let card = entry.trial.card;
+    let is_named = |name: &str, place: &str| {
+        let is_it = |a: &Entry| a.trial.card.name == name && a.trial.place.to_string() == place;
+        state.accepted.iter().any(is_it)
+    };
     let dof = search.problem.robot.model.dof(&entry.trial.place.to_string());
     let seen = |sensor| dof.is_some_and(|dof| search.sensors.channels.contains(&Channel { sensor, dof }));
     let experiment = |name: &str| {
@@ -332,12 +342,18 @@ fn rivals(search: &Search, entry: &Entry, probability: f64, once: bool) -> Vec<R
         })
         .collect();
     for rival in card.rivals.iter().filter(|r| r.structural) {
-        if search.problem.catalogue.find(rival.name).is_some()
-            && !list.iter().any(|(name, ..)| name == rival.name)
-        {
-            list.push((rival.name.to_owned(), entry.trial.place.to_string(), 0.3));
+        let Some(other) = search.problem.catalogue.find(rival.name) else { continue };
+        let plant = &state.fitted.model.plant;
+        let place = match (other.place, &entry.trial.place) {
+            (PlaceKind::Robot, _) => Place::Robot.to_string(),
+            (PlaceKind::Link, Place::Robot) => plant.model().links[plant.tool().0].name.clone(),
+            (_, place) => place.to_string(),
+        };
+        if !list.iter().any(|(name, ..)| name == rival.name) {
+            list.push((rival.name.to_owned(), place, 0.3));
         }
     }
+    list.retain(|(name, place, _)| !is_named(name, place));
     if once {
         let dof = search.yardstick().problem.form.layout().channels[entry.evidence.channel].dof;
         list.push((episode::NAME.to_owned(), search.problem.robot.model.dof_name(dof).to_owned(), 1.0));

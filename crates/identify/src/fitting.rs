@@ -11,13 +11,14 @@ use crate::base::{is_nuisance, scope};
 use crate::comparison::{Prepared, SignalError, as_given, signals, total};
 use crate::diagnosis::{Diagnosis, report};
 use crate::episode::sudden;
-use crate::explore::{Explored, Rung, Unseen, explore, widening};
+use crate::explore::{Explored, Unseen, explore, rung, widening};
 use crate::heterogeneity::run_to_run;
 use crate::problem::{Candidate, Equations, Problem};
 use crate::refit::{Base, refit};
-use crate::report::Verdict;
+use crate::report::{Finding, Verdict};
 use crate::screen::Screen;
 use crate::search::{Search, State, taken};
+use crate::unknowns::FARTHEST;
 use crate::{IdentifyError, Options};
 
 /// One step of a ladder.
@@ -110,21 +111,10 @@ pub fn fit(
 ) -> Result<Fit, IdentifyError> {
     work(robot, catalogue, runs, check, options, Aim::Fit, |search, base, unseen| {
         let mut state = base;
-        let mut rungs = Vec::new();
+        let mut rungs = vec![rung(search, &[], &state, unseen)];
         for spec in add {
             state = added(search, state, spec)?;
-            rungs.push(Rung {
-                added: vec![spec.place.label(&spec.kind)],
-                residual: search.told(&state),
-                unseen: unseen.map(|u| u.residual(&state.fitted.model)),
-            });
-        }
-        if add.is_empty() {
-            rungs.push(Rung {
-                added: Vec::new(),
-                residual: search.told(&state),
-                unseen: unseen.map(|u| u.residual(&state.fitted.model)),
-            });
+            rungs.push(rung(search, &[spec.place.label(&spec.kind)], &state, unseen));
         }
         Ok(Explored { state, rungs, last: None })
     })
@@ -212,7 +202,7 @@ fn finished(
     };
     let reports = parameters(search, state, wide);
     let mut warnings = repeats(runs, check);
-    warnings.extend(pulls(state));
+    warnings.extend(pulls(state, &reports).into_iter().map(|finding| finding.statement));
     let stds: Option<Vec<f64>> =
         standard_deviations(search, state, wide).map(|spreads| spreads.into_iter().map(|s| s.std).collect());
     let moved = |effect: usize| {
@@ -372,23 +362,28 @@ fn repeats(runs: &[Run], check: &[Run]) -> Vec<String> {
         .collect()
 }
 
-// Stated values that the data contradict.
-fn pulls(state: &State) -> Vec<String> {
+// Stated values that the data contradict, the farthest first.
+pub(crate) fn pulls(state: &State, reports: &[Reported]) -> Vec<Finding> {
     let model = &state.fitted.model;
-    let mut worst: Vec<(f64, String)> = model
-        .unknowns
-        .iter()
-        .filter(|u| u.pull(model.p[u.position]) > 25.0)
-        .map(|u| {
-            let active = &model.plant.effects()[u.id.effect];
-            let key = active.effect.card().parameters[u.id.parameter].label();
-            let pull = u.pull(model.p[u.position]).sqrt();
-            (pull, format!("{} {key} is pulled {pull:.0} σ from its stated value: the stated tolerance must be wrong", active.label()))
-        })
-        .collect();
-    worst.sort_by(|a, b| b.0.total_cmp(&a.0));
-    worst.into_iter().take(5).map(|(_, text)| text).collect()
+    let pulled = reports.iter().zip(&model.unknowns).map(|((effect, report), u)| {
+        let pull = u.pull(model.p[u.position]).sqrt();
+        let spec = &model.specs[*effect];
+        let at_least = if pull > 0.99 * FARTHEST { "at least " } else { "" };
+        let statement = format!(
+            "{}: fits with {:.4} {}, {at_least}{pull:.1} of its standard deviations from the {:.4} stated",
+            report.name, report.value, report.unit, report.start
+        );
+        let (joint, signal, regime) = (spec.place.to_string(), String::new(), "stated".to_owned());
+        (pull, Finding { joint, signal, regime, statement, share: 0.0 })
+    });
+    let mut far: Vec<(f64, Finding)> = pulled.filter(|(pull, _)| *pull > FAR).collect();
+    far.sort_by(|a, b| b.0.total_cmp(&a.0));
+    far.into_iter().take(MOST_PULLS).map(|(_, finding)| finding).collect()
 }
+
+// Standard deviations from its stated value at which one is told, and how many are.
+const FAR: f64 = 2.5;
+const MOST_PULLS: usize = 5;
 
 #[cfg(test)]
 mod tests {

@@ -20,8 +20,8 @@ pub(crate) struct Unknown {
     pub shape: bool,
 }
 
-// A stated value is pulled this many standard deviations at the most: beyond, another cause must be found.
-const FARTHEST: f64 = 15.0;
+/// A stated value is pulled this many standard deviations at the most: beyond, another cause must be found.
+pub(crate) const FARTHEST: f64 = 15.0;
 
 impl Unknown {
     /// The parameter `id` of a plant with the prior that its sidecar or card states.
