@@ -7,7 +7,7 @@ use sinew_model::{EffectSpec, Place, Robot, Setting};
 use sinew_plant::{Plant, PlantError};
 use sinew_rigid::mass_matrix;
 
-use crate::error::CliError;
+use crate::error::{CliError, did_you_mean};
 
 /// The catalogue's line of an effect.
 pub(crate) fn entry(name: &str) -> Result<&'static Entry, CliError> {
@@ -15,13 +15,15 @@ pub(crate) fn entry(name: &str) -> Result<&'static Entry, CliError> {
         if name == EPISODE {
             return no_law();
         }
-        let known = CATALOGUE.entries.iter().map(|e| e.card.name).collect();
-        plant_error(PlantError::NoSuchEffect { kind: name.to_owned(), known })
+        let known: Vec<&str> = CATALOGUE.entries.iter().map(|e| e.card.name).collect();
+        let help =
+            did_you_mean(name, &known).unwrap_or_else(|| "`sinew effects` lists all of them".to_owned());
+        CliError::usage(name, "no effect of the catalogue", help)
     })
 }
 
 /// Why there is no page of an episode and nothing to add.
-pub(crate) fn no_law() -> CliError {
+fn no_law() -> CliError {
     let help = "there is nothing to add to a model: fit runs without that time, RUN@FROM..TO";
     CliError::usage(EPISODE, "acted once, in one run, and is no effect of the catalogue", help)
 }
@@ -193,6 +195,6 @@ mod tests {
         assert!(message("coulomb_friction").contains("acts at a joint"));
         assert!(message("payload@joint_1").contains("whole robot"));
         assert!(message("coulomb_friction@elbow").contains("joint_1"));
-        assert!(message("friction@joint_1").contains("not in the catalogue"));
+        assert!(message("coulom_friction@joint_1").contains("did you mean \"coulomb_friction\"?"));
     }
 }

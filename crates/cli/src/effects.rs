@@ -4,11 +4,10 @@ use clap::Args;
 use serde_json::{Value, json};
 use sinew_effect::{Entry, Family};
 use sinew_effects::{CATALOGUE, page};
-use sinew_identify::EPISODE;
 
 use crate::console::Console;
-use crate::effect_argument::no_law;
-use crate::error::{CliError, did_you_mean};
+use crate::effect_argument::entry;
+use crate::error::CliError;
 
 /// Arguments of `sinew effects`.
 #[derive(Debug, Args)]
@@ -30,7 +29,7 @@ impl Effects {
     pub fn run(&self, console: &Console) -> Result<(), CliError> {
         match &self.name {
             Some(name) => {
-                let entry = CATALOGUE.find(name).ok_or_else(|| unknown(name))?;
+                let entry = entry(name)?;
                 console.answer(&object(entry), || page(entry.card))
             }
             None => {
@@ -39,15 +38,6 @@ impl Effects {
             }
         }
     }
-}
-
-fn unknown(name: &str) -> CliError {
-    if name == EPISODE {
-        return no_law();
-    }
-    let known: Vec<&str> = CATALOGUE.entries.iter().map(|e| e.card.name).collect();
-    let help = did_you_mean(name, &known).unwrap_or_else(|| "`sinew effects` lists all of them".to_owned());
-    CliError::usage(name, "no effect of the catalogue", help)
 }
 
 fn list() -> String {

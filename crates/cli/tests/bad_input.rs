@@ -227,7 +227,7 @@ fn too_little_to_compare_is_refused() {
 fn an_effect_that_cannot_be_added_is_refused_and_nothing_is_written() {
     let bench = Bench::new("add");
     for (effect, word) in [
-        ("coulomb@elbow", "not in the catalogue"),
+        ("coulomb@elbow", "no effect of the catalogue"),
         ("coulomb_friction@wrist", "wrist"),
         ("coulomb_friction", "acts at a joint"),
         ("viscous_friction@elbow", "already"),

@@ -3,6 +3,7 @@
 mod clock;
 mod constancy;
 mod filtered;
+mod jumps;
 mod outliers;
 mod saturation;
 mod sides;
@@ -20,7 +21,7 @@ use crate::run::Run;
 ///
 /// In this order, since each check trusts the ones before: time stamps (jitter, gaps, unit), constant and dead
 /// signals, logged velocity against the derivative of the position (unit, sign, gear ratio, clock), motor side
-/// against link side (gear, sign, delay), outliers, quantisation, saturation, filtering before logging. What the
+/// against link side (gear, sign, delay), outliers, jumps, quantisation, saturation, filtering before logging. What the
 /// reader had to tell is in [`Run::notes`] and not repeated.
 ///
 /// # Example
@@ -35,12 +36,13 @@ use crate::run::Run;
 /// assert!(notes.iter().any(|note| note.statement.contains("57.3 times") && note.statement.contains("degrees")));
 /// ```
 pub fn check_run(run: &Run) -> Vec<Note> {
-    let checks: [fn(&Run) -> Vec<Note>; 8] = [
+    let checks: [fn(&Run) -> Vec<Note>; 9] = [
         time::check,
         constancy::check,
         velocity::check,
         sides::check,
         outliers::check,
+        jumps::check,
         steps::check,
         saturation::check,
         filtered::check,

@@ -53,6 +53,15 @@ pub(crate) struct Column {
 }
 
 impl ColumnMap {
+    /// True if a name is made of this column of the file.
+    pub(crate) fn uses(&self, header: &str) -> bool {
+        let of = |column: &Column| {
+            column.header == header
+                || [&column.plus, &column.times].into_iter().any(|more| more.as_deref() == Some(header))
+        };
+        self.time.iter().chain(self.signals.values()).any(of)
+    }
+
     /// Reads a columns map from a file.
     ///
     /// # Errors

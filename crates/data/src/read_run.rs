@@ -172,10 +172,10 @@ impl Layout {
         let mut signals = Vec::new();
         if let Some(map) = columns {
             if let Some(column) = &map.time {
-                time = Some(Field::mapped(file, headers, "time", column)?);
+                time = Some(Field::mapped(file, headers, map, "time", column)?);
             }
             for (name, column) in &map.signals {
-                signals.push((name.clone(), Field::mapped(file, headers, &name.to_string(), column)?));
+                signals.push((name.clone(), Field::mapped(file, headers, map, &name.to_string(), column)?));
             }
         }
         let mut unknown = Vec::new();
@@ -271,10 +271,11 @@ impl Field {
     fn mapped(
         file: &str,
         headers: &csv::StringRecord,
+        map: &ColumnMap,
         name: &str,
         column: &Column,
     ) -> Result<Field, DataError> {
-        let find = |header: &str| Self::find(file, headers, name, header);
+        let find = |header: &str| Self::find(file, headers, map, name, header);
         Ok(Field {
             index: find(&column.header)?,
             plus: column.plus.as_deref().map(find).transpose()?,
@@ -285,7 +286,13 @@ impl Field {
     }
 
     // Which field has a header that a map names.
-    fn find(file: &str, headers: &csv::StringRecord, name: &str, header: &str) -> Result<usize, DataError> {
+    fn find(
+        file: &str,
+        headers: &csv::StringRecord,
+        map: &ColumnMap,
+        name: &str,
+        header: &str,
+    ) -> Result<usize, DataError> {
         let mut fields = headers.iter().enumerate().filter(|(_, h)| *h == header).map(|(i, _)| i);
         match (fields.next(), fields.next()) {
             (Some(index), None) => Ok(index),
@@ -297,7 +304,8 @@ impl Field {
                 column: header.into(),
                 name: name.into(),
                 found: found(headers),
-                help: match nearest(header, &headers.iter().collect::<Vec<_>>()) {
+                // A column that the map gives to another name is not the one that was meant.
+                help: match nearest(header, &headers.iter().filter(|h| !map.uses(h)).collect::<Vec<_>>()) {
                     Some(near) => format!("did you mean \"{near}\"?"),
                     None => "correct the columns map".into(),
                 },

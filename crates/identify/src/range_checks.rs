@@ -6,8 +6,11 @@ use sinew_model::{Joint, JointKind, Robot};
 // Share of the samples that may lie outside, and what counts as inside beyond the limits, as a share of their distance.
 const MOST_OUTSIDE: f64 = 0.01;
 const BEYOND: f64 = 0.02;
+// Share outside from which positions that would be inside in degrees are degrees.
+const HALF: f64 = 0.5;
 
-/// What is suspicious about the positions of a run: more than 1 % of them outside of the limits that the URDF states.
+/// What is suspicious about the positions of a run: more than 1 % of them outside of the limits that the URDF states. More than
+/// half outside, where degrees would explain it, is an error.
 ///
 /// Joints without limits are not looked at; the help says so where degrees would explain it.
 pub fn range_checks(robot: &Robot, runs: &[Run]) -> Vec<Note> {
@@ -43,9 +46,11 @@ fn outside(run: &Run, joint: &Joint, quantity: Quantity) -> Option<Note> {
     }
     let turns = matches!(joint.kind, JointKind::Revolute { .. });
     let degrees = std::f64::consts::PI / 180.0;
-    let help = if turns && share(degrees) <= MOST_OUTSIDE {
+    let in_degrees = turns && share(degrees) <= MOST_OUTSIDE;
+    let severity = if in_degrees && out > HALF { Severity::Error } else { Severity::Warning };
+    let help = if in_degrees {
         format!(
-            "in degrees all would be inside: scale = {degrees} in the columns map, if that is what they are"
+            "in degrees all would be inside: if that is what they are, multiply the column's scale in the map (1 without one) by {degrees}"
         )
     } else {
         "compare unit, sign and zero of the column with the URDF, and the URDF's limits with the robot's"
@@ -58,7 +63,7 @@ fn outside(run: &Run, joint: &Joint, quantity: Quantity) -> Option<Note> {
         joint.name,
         100.0 * out
     );
-    Some(Note { severity: Severity::Warning, place: run.name.clone(), statement, help })
+    Some(Note { severity, place: run.name.clone(), statement, help })
 }
 
 #[cfg(test)]
@@ -82,6 +87,7 @@ mod tests {
         assert!(range_checks(&robot, &[run(vec![-0.9, 0.0, 1.0])]).is_empty());
         let told = range_checks(&robot, &[run(vec![-50.0, 0.0, 50.0])]);
         assert!(told[0].statement.contains("67 %") && told[0].help.contains("in degrees"));
+        assert_eq!(told[0].severity, Severity::Error);
         assert!(range_checks(&robot, &[run(vec![8.0, 9.0, 100.0])])[0].help.contains("zero"));
         let mut robot = robot.clone();
         (robot.model.joints[0].limits.lower, robot.model.joints[0].limits.upper) = (1.0, -1.0);

@@ -76,11 +76,12 @@ fn of_sensor(
         .iter()
         .map(|&(i, j)| {
             let statement = format!(
-                "the torques of \"{}\" and \"{}\" look exchanged: each fits the other's model",
+                "the torques of \"{}\" and \"{}\" look exchanged, or their positions: each torque fits the other's model",
                 joint(i),
                 joint(j)
             );
-            suspicion(Severity::Error, place(i), statement, "exchange the two columns in the map")
+            let help = "exchange the two columns of torques in the map, or those of positions: `sinew compare --force` tells which leaves less";
+            suspicion(Severity::Error, place(i), statement, help)
         })
         .collect();
     let alone = (0..torques.len()).filter(|i| !swapped.iter().any(|(a, b)| a == i || b == i));

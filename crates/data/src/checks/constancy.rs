@@ -1,6 +1,7 @@
 //! Constant and dead signals.
 
 use super::wording::{about, number, unit};
+use crate::noise::white_noise_std;
 use crate::note::{Note, Severity};
 use crate::quantity::Quantity;
 use crate::run::{Run, Signal};
@@ -11,6 +12,9 @@ const LONGEST: f64 = 0.5;
 /// Motion that counts, as a share of the range of the position that moves.
 const MOTION: f64 = 0.02;
 
+/// Range of a torque that changes, in standard deviations of its noise.
+const NOISES: f64 = 20.0;
+
 pub(super) fn check(run: &Run) -> Vec<Note> {
     run.signals.iter().filter_map(|signal| constant(run, signal).or_else(|| dead(run, signal))).collect()
 }
@@ -20,11 +24,11 @@ fn constant(run: &Run, signal: &Signal) -> Option<Note> {
     if low < high {
         return None;
     }
-    let moves = motion(run, signal, 0, run.time.len());
+    let moves = motion(run, signal, 0, run.time.len()).or_else(|| load(run, signal));
     let (severity, joint) = match moves {
         Some((other, range)) => {
             let unit = unit(other.quantity);
-            (Severity::Warning, format!(", although {} moves by {} {unit}", other.name(), number(range)))
+            (Severity::Warning, format!(", although {} changes by {} {unit}", other.name(), number(range)))
         }
         None => (Severity::Note, String::new()),
     };
@@ -67,6 +71,18 @@ fn still(run: &Run, signal: &Signal) -> Vec<(usize, usize)> {
     stretches
 }
 
+/// The torque of the joint of a position, and its range, if that is more than its noise: an encoder that shows nothing of
+/// it, to the last digit, may be dead.
+fn load<'a>(run: &'a Run, signal: &Signal) -> Option<(&'a Signal, f64)> {
+    use Quantity::{JointPosition, JointTorque, MotorCurrent, MotorPosition, MotorTorque};
+    let range = |s: &Signal| extremes(&s.values).1 - extremes(&s.values).0;
+    let is_load = |s: &&Signal| matches!(s.quantity, MotorTorque | JointTorque | MotorCurrent);
+    let loads = run.signals.iter().filter(is_load).filter(|s| s.place == signal.place);
+    let is_position = matches!(signal.quantity, MotorPosition | JointPosition);
+    let changing = loads.filter(|s| is_position && range(s) > NOISES * white_noise_std(&s.values));
+    changing.map(|s| (s, range(s))).next()
+}
+
 /// Another position of the same joint that moves between two samples, and by how much.
 fn motion<'a>(run: &'a Run, signal: &Signal, first: usize, end: usize) -> Option<(&'a Signal, f64)> {
     let range = |values: &[f64]| extremes(values).1 - extremes(values).0;
@@ -97,8 +113,11 @@ mod tests {
         assert_eq!(notes.len(), 1);
         assert_eq!(
             notes[0].statement,
-            "constant at 2.5 N·m (N) in the whole run, although motor_position.elbow moves by 2 rad (m)"
+            "constant at 2.5 N·m (N) in the whole run, although motor_position.elbow changes by 2 rad (m)"
         );
+        // An encoder that shows nothing of a load.
+        let notes = check(&run(|k| (0.05 * k as f64).sin(), |_| 1.0));
+        assert!(notes[0].statement.contains("motor_torque.elbow") && notes[0].severity == Severity::Warning);
         let notes = check(&run(|_| 0.0, |_| 1.0));
         assert!(notes.len() == 2 && notes.iter().all(|n| n.severity == Severity::Note));
     }
