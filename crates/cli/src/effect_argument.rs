@@ -123,7 +123,8 @@ fn usual_stiffness(spec: &EffectSpec, entry: &Entry, robot: &Robot) -> Option<f6
 fn setting(text: &str, entry: &Entry) -> Result<(String, Setting), CliError> {
     let parameters = entry.card.parameters;
     let known = || {
-        let keys = parameters.iter().map(|p| p.key).chain(entry.words.iter().copied());
+        let one_by_one = parameters.iter().filter(|p| p.component.is_none()).map(|p| p.key);
+        let keys = one_by_one.chain(entry.words.iter().copied());
         format!("keys of {} are {}", entry.card.name, keys.collect::<Vec<_>>().join(", "))
     };
     let Some((key, value)) = text.split_once('=') else {

@@ -150,7 +150,15 @@ pub(crate) fn check_effects(file: &RobotFile) -> Result<(), CliError> {
     let keys: Vec<Vec<&str>> = CATALOGUE
         .entries
         .iter()
-        .map(|e| e.card.parameters.iter().map(|p| p.key).chain(e.words.iter().copied()).collect())
+        .map(|e| {
+            e.card
+                .parameters
+                .iter()
+                .filter(|p| p.component.unwrap_or(0) == 0)
+                .map(|p| p.key)
+                .chain(e.words.iter().copied())
+                .collect()
+        })
         .collect();
     let place = |kind| match kind {
         PlaceKind::Joint => sinew_urdf::PlaceKind::Joint,

@@ -34,7 +34,8 @@ pub(crate) struct Simulate {
     /// springs carrying gravity
     #[arg(long, value_name = "Q", allow_hyphen_values = true)]
     start: Option<String>,
-    /// Noise and resolution of the sensors (TOML, as arm.run.toml), or none
+    /// Noise and resolution of the sensors (TOML, as arm.run.toml), or none. That of a motor torque moves the joint: the
+    /// log has the command
     #[arg(long, value_name = "FILE|none", default_value = "none")]
     noise: PathBuf,
     /// Seed of the noise

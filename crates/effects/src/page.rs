@@ -40,6 +40,11 @@ pub fn page(card: &Card) -> String {
         };
         table(&mut out, core::iter::once(header).chain(card.parameters.iter().map(row)).collect());
     }
+    for key in card.parameters.iter().filter(|p| p.component == Some(0)).map(|p| p.key) {
+        let alike = card.parameters.iter().filter(|p| p.key == key);
+        let zeros = alike.map(|_| "0").collect::<Vec<_>>().join(", ");
+        out += &format!("  in a file: {key} = [{zeros}], in the order above\n");
+    }
     if !card.rivals.is_empty() {
         out += "\nlooks like\n";
         for rival in card.rivals {

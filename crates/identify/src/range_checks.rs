@@ -6,11 +6,11 @@ use sinew_model::{Joint, JointKind, Robot};
 // Share of the samples that may lie outside, and what counts as inside beyond the limits, as a share of their distance.
 const MOST_OUTSIDE: f64 = 0.01;
 const BEYOND: f64 = 0.02;
-// Share outside from which positions that would be inside in degrees are degrees.
-const HALF: f64 = 0.5;
+// Motion by the distance of the limits from which positions that would be inside in degrees are degrees.
+const WIDER: f64 = 1.5;
 
-/// What is suspicious about the positions of a run: more than 1 % of them outside of the limits that the URDF states. More than
-/// half outside, where degrees would explain it, is an error.
+/// What is suspicious about the positions of a run: more than 1 % of them outside of the limits that the URDF states. A motion
+/// much wider than these, where degrees would explain it, is an error.
 ///
 /// Joints without limits are not looked at; the help says so where degrees would explain it.
 pub fn range_checks(robot: &Robot, runs: &[Run]) -> Vec<Note> {
@@ -47,7 +47,11 @@ fn outside(run: &Run, joint: &Joint, quantity: Quantity) -> Option<Note> {
     let turns = matches!(joint.kind, JointKind::Revolute { .. });
     let degrees = std::f64::consts::PI / 180.0;
     let in_degrees = turns && share(degrees) <= MOST_OUTSIDE;
-    let severity = if in_degrees && out > HALF { Severity::Error } else { Severity::Warning };
+    let (least, most) =
+        values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
+    // A zero elsewhere makes no motion wider than the limits.
+    let severity =
+        if in_degrees && most - least > WIDER * width { Severity::Error } else { Severity::Warning };
     let help = if in_degrees {
         format!(
             "in degrees all would be inside: if that is what they are, multiply the column's scale in the map (1 without one) by {degrees}"
@@ -56,8 +60,6 @@ fn outside(run: &Run, joint: &Joint, quantity: Quantity) -> Option<Note> {
         "compare unit, sign and zero of the column with the URDF, and the URDF's limits with the robot's"
             .to_owned()
     };
-    let (least, most) =
-        values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
     let statement = format!(
         "{quantity}.{}: {:.0} % of it lies outside the URDF's limits of {lower:.4} to {upper:.4} (it goes from {least:.4} to {most:.4})",
         joint.name,
@@ -88,6 +90,7 @@ mod tests {
         let told = range_checks(&robot, &[run(vec![-50.0, 0.0, 50.0])]);
         assert!(told[0].statement.contains("67 %") && told[0].help.contains("in degrees"));
         assert_eq!(told[0].severity, Severity::Error);
+        assert_eq!(range_checks(&robot, &[run(vec![1.5, 2.0, 3.5])])[0].severity, Severity::Warning);
         assert!(range_checks(&robot, &[run(vec![8.0, 9.0, 100.0])])[0].help.contains("zero"));
         let mut robot = robot.clone();
         (robot.model.joints[0].limits.lower, robot.model.joints[0].limits.upper) = (1.0, -1.0);
