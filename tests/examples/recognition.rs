@@ -2,7 +2,7 @@
 //! them in arms and conditions by chance.
 //!
 //! ```text
-//! cargo run --release -p sinew-tests --example recognition -- effects|pairs|foreign|nothing|drawn|described [KEY=VALUE…]
+//! cargo run --release -p sinew-tests --example recognition -- effects|pairs|families|foreign|nothing|drawn|described [KEY=VALUE…]
 //!     seeds=FIRST..END   arms=1,2,6   sensors=full,motor,current,link,all   encoders=fine,coarse   sizes=1,0.3   only=EFFECT
 //!     urdfs=FILE,FILE      (described) arms of these files, a file for each seed in turn, with drives and conditions by chance
 //!     into=docs/recognition.md   as=NAME      the tables go between <!-- NAME --> and <!-- /NAME --> of that page
@@ -32,7 +32,7 @@ fn main() -> Result<(), Failure> {
     let (Some((name, draw, print)), Some(population)) =
         (part, Population::asked(args.get(1..).unwrap_or(&[])))
     else {
-        return Err("usage: recognition effects|pairs|foreign|nothing|drawn|described [seeds=0..3] [arms=1,2,6] [sensors=full,motor,current,link,all] [encoders=fine,coarse] [sizes=1] [only=EFFECT] [urdfs=FILE,FILE] [into=PAGE [as=NAME]]".into());
+        return Err("usage: recognition effects|pairs|families|foreign|nothing|drawn|described [seeds=0..3] [arms=1,2,6] [sensors=full,motor,current,link,all] [encoders=fine,coarse] [sizes=1] [only=EFFECT] [urdfs=FILE,FILE] [into=PAGE [as=NAME]]".into());
     };
     let tables = population.tables(&args, *draw, *print)?;
     println!("{tables}");
@@ -46,9 +46,10 @@ type Draw = fn(&Population) -> Result<Vec<Asked>, Failure>;
 type Print = fn(&[Judged]) -> String;
 
 /// The parts of the suite: their cases, and what is printed of them.
-const PARTS: [(&str, Draw, Print); 6] = [
+const PARTS: [(&str, Draw, Print); 7] = [
     ("effects", |p| Ok(p.combined(single)), strata),
     ("pairs", |p| Ok(p.combined(pairs)), both),
+    ("families", |p| Ok(p.combined(families)), both),
     ("foreign", |p| Ok(p.combined(foreign)), names),
     ("nothing", |p| Ok(p.combined(nothing)), alarms),
     ("drawn", |p| Ok(drawn(p)), strata),
@@ -194,6 +195,32 @@ fn pairs(population: &Population, arm: &Arm, conditions: Conditions) -> Vec<Case
             Case::new(arm, &[&a, &b], conditions, seed)
         })
         .collect()
+}
+
+// What is offered, or shows, only beside another that is missing, too: parent and child in one joint.
+const FAMILIES: [[&str; 2]; 12] = [
+    ["coulomb_friction", "presliding_friction"],
+    ["coulomb_friction", "stribeck_friction"],
+    ["coulomb_friction", "load_dependent_friction"],
+    ["coulomb_friction", "asymmetric_friction"],
+    ["viscous_friction", "quadratic_viscous_friction"],
+    ["joint_elasticity", "actuator_delay"],
+    ["joint_elasticity", "actuator_lag"],
+    ["joint_elasticity", "backlash"],
+    ["joint_elasticity", "transmission_hysteresis"],
+    ["joint_elasticity", "stiffness_hardening"],
+    ["joint_elasticity", "coulomb_friction"],
+    ["coulomb_friction", "balancer_spring"],
+];
+
+fn families(population: &Population, arm: &Arm, conditions: Conditions) -> Vec<Case> {
+    let of_draw = |(seed, dof, size)| {
+        let all = population.hidden(arm, dof, size, conditions);
+        let find = |name: &str| all.iter().find(|h| h.effect == name);
+        let pairs = FAMILIES.iter().filter_map(|[parent, child]| Some([find(parent)?, find(child)?]));
+        pairs.map(|pair| Case::new(arm, &pair, conditions, seed)).collect::<Vec<_>>()
+    };
+    population.draws(arm).into_iter().flat_map(of_draw).collect()
 }
 
 fn foreign(population: &Population, arm: &Arm, conditions: Conditions) -> Vec<Case> {

@@ -72,7 +72,7 @@ fn jitter(run: &Run, steps: &[f64], period: f64) -> Option<Note> {
         severity: Severity::Note,
         place: run.place_of(worst + 1),
         statement: format!(
-            "{} of the time steps differ by more than 20 % from their median of {} s, here {} s",
+            "{} of the time steps differ by more than 20 % from the period of {} s, here {} s",
             percent(late.len() as f64 / steps.len() as f64),
             number(period),
             number(steps[worst])
