@@ -196,6 +196,7 @@ mod tests {
         assert!(message("coulomb_friction").contains("acts at a joint"));
         assert!(message("payload@joint_1").contains("whole robot"));
         assert!(message("coulomb_friction@elbow").contains("joint_1"));
+        assert!(message("friction@joint_1").contains("no effect of the catalogue"));
         assert!(message("coulom_friction@joint_1").contains("did you mean \"coulomb_friction\"?"));
     }
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use sinew_data::{ColumnMap, Run, RunSpec, rebuild_clock};
-use sinew_effect::PlaceKind;
+use sinew_effect::{Entry, PlaceKind};
 use sinew_effects::CATALOGUE;
 use sinew_identify::{Options, Residual};
 use sinew_plant::Plant;
@@ -147,29 +147,18 @@ pub(crate) fn robot(path: &Path) -> Result<RobotFile, CliError> {
 
 /// Refuses effects that the catalogue does not have, cannot place or cannot give their values.
 pub(crate) fn check_effects(file: &RobotFile) -> Result<(), CliError> {
-    let keys: Vec<Vec<&str>> = CATALOGUE
-        .entries
-        .iter()
-        .map(|e| {
-            e.card
-                .parameters
-                .iter()
-                .filter(|p| p.component.unwrap_or(0) == 0)
-                .map(|p| p.key)
-                .chain(e.words.iter().copied())
-                .collect()
-        })
-        .collect();
+    let keys_of = |e: &'static Entry| -> Vec<&str> {
+        let once = e.card.parameters.iter().filter(|p| p.component.unwrap_or(0) == 0).map(|p| p.key);
+        once.chain(e.words.iter().copied()).collect()
+    };
+    let keys: Vec<Vec<&str>> = CATALOGUE.entries.iter().map(keys_of).collect();
     let place = |kind| match kind {
         PlaceKind::Joint => sinew_urdf::PlaceKind::Joint,
         PlaceKind::Link => sinew_urdf::PlaceKind::Link,
         PlaceKind::Robot => sinew_urdf::PlaceKind::Robot,
     };
-    let words = |(entry, keys): (&sinew_effect::Entry, _)| KindWords {
-        kind: entry.card.name,
-        keys,
-        place: place(entry.place),
-    };
+    let words =
+        |(entry, keys): (&Entry, _)| KindWords { kind: entry.card.name, keys, place: place(entry.place) };
     let kinds: Vec<_> = CATALOGUE.entries.iter().zip(keys.iter().map(Vec::as_slice)).map(words).collect();
     file.check_vocabulary(&Vocabulary { kinds: &kinds })?;
     plant(file).map(|_| ())

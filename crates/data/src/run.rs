@@ -110,8 +110,8 @@ impl Run {
     /// T = (t_N − t_0) / Σ_k round((t_{k+1} − t_k)/T̃)        T̃: median of the time steps
     /// ```
     ///
-    /// Stamps of a clock that counts from 1970 are rounded to 0.24 µs, and so is T̃: a grid of it would be a quarter of a
-    /// sample off after a minute. Where time steps are no whole numbers of T̃, so that T is more than a hundredth off, it is T̃.
+    /// Stamps of a clock that counts from 1970 are rounded to 0.24 µs, and so is T̃: at 500 Hz a grid of it is a fifth of a
+    /// sample off after twelve seconds. Where time steps are no whole numbers of T̃, so that T is more than a hundredth off, it is T̃.
     ///
     /// # Example
     /// ```

@@ -8,7 +8,7 @@ use crate::record::noise_of;
 /// Widths and strides, in samples of the log or in steps of the grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Scales {
-    /// Median sample period of the log, s.
+    /// Sample period of the log, s.
     pub period: f64,
     /// Half width of the smoothing kernel h, samples.
     pub smooth: usize,
