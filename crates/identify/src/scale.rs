@@ -34,14 +34,18 @@ impl Scales {
     pub fn of(runs: &[Run], options: &Options) -> Self {
         let period = runs.iter().map(Run::period).fold(f64::INFINITY, f64::min);
         let rate = 1.0 / period;
+        let reaches = |least: f64| rate > CLOCK * least;
         // The motion is smoothed as little as the encoders allow, since the sign of a smoothed velocity is not the
         // smoothed sign: what is left of the noise is φ's to take away, from measurement and prediction alike.
-        let fast = if rate >= 200.0 { narrowest(runs, period, &FAST, 2e-4) } else { 0.0 };
-        let (smooth, kernel, every) = match rate {
-            r if r >= 500.0 => (fast, 0.024, 0.016),
-            r if r >= 200.0 => (0.016, 0.050, 0.024),
-            r if r >= 80.0 => (narrowest(runs, period, &SLOW, 2e-3), 0.100, 0.050),
-            _ => (5.0 * period, 4.0 * period, 2.0 * period),
+        let fast = if reaches(200.0) { narrowest(runs, period, &FAST, 2e-4) } else { 0.0 };
+        let (smooth, kernel, every) = if reaches(500.0) {
+            (fast, 0.024, 0.016)
+        } else if reaches(200.0) {
+            (0.016, 0.050, 0.024)
+        } else if reaches(80.0) {
+            (narrowest(runs, period, &SLOW, 2e-3), 0.100, 0.050)
+        } else {
+            (5.0 * period, 4.0 * period, 2.0 * period)
         };
         let smooth = options.smoothing.unwrap_or(smooth);
         let samples = |seconds: f64, step: f64| ((seconds / step).round() as usize).max(1);
@@ -54,7 +58,7 @@ impl Scales {
             stride,
             kernel: samples(kernel, step).max(2),
             every: samples(every, step),
-            held: rate >= 400.0,
+            held: reaches(400.0),
             coarse: fast > COARSE,
             early: 0.0,
         }
@@ -66,6 +70,8 @@ impl Scales {
     }
 }
 
+// Share of a rate that counts as the rate: the stamps of a log are rounded, its clock is not quite that of its joints.
+const CLOCK: f64 = 0.99;
 // Half width of the smoothing, s, that tells a coarse encoder.
 const COARSE: f64 = 0.013;
 // Half widths tried on logs of 500 Hz and more, which tell coarse encoders from 200 Hz on, and on those of 80 to 200 Hz, s.
