@@ -66,7 +66,7 @@ fn true_value(truth: &Robot, place: &str, key: &str) -> Option<f64> {
         "stiffness" => truth.joints[dof].stiffness,
         "damping" => Some(truth.joints[dof].damping),
         "inertia" => Some(truth.joints[dof].rotor_inertia),
-        "viscous" | "coulomb" => truth.effects.iter().find_map(stated),
+        "viscous" | "coulomb" | "smoothing_velocity" => truth.effects.iter().find_map(stated),
         _ => None,
     }
 }

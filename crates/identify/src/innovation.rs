@@ -31,7 +31,7 @@ use crate::residual::{Grid, Layout, LoggedTorques, ResidualForm, Rows, Start, TR
 use crate::scale::Scales;
 use crate::series::delivered;
 use filter::Filters;
-use kalman::{GROUP, Input, Kalman};
+use kalman::{GROUP, Input, Kalman, Smoothed};
 use linearise::{Along, INERTIA_EVERY, along};
 use motion::{Even, Motion, where_holds_meet};
 pub(crate) use rows::Innovations;
@@ -161,11 +161,13 @@ impl Innovation {
     // The equations of the moving joints along a run.
     fn system(&self, run: &Even, along: &Along) -> System {
         let square = |x: f64| (x * x).max(1e-24);
+        let same = |c: Option<usize>| c.map(|c| run.same[c].clone()).unwrap_or_default();
         let readings = |j: &JointChannels| Readings {
             motor: square(run.theta_noise[j.dof]),
             link: j.position.map(|c| square(run.noise[c])),
             gear: j.gear.map(|c| square(run.noise[c])),
             shown: if along.links.motion[j.dof].is_none() { 0 } else { 2 },
+            same: [run.theta_same[j.dof].clone(), same(j.position), same(j.gear)],
         };
         let linear: Vec<&[Linear]> = self.joints.iter().map(|j| along.linear[j.dof].as_slice()).collect();
         let mobility: Vec<Vec<f64>> = along.mobility.iter().map(|m| self.of_joints(m)).collect();
@@ -299,18 +301,25 @@ impl<'a> Pass<'a> {
     // all reason. A run begins with the kernel's motion, which fades out while its springs are led.
     fn smoothed(&self, noise: &[f64]) -> Vec<Motion> {
         let mut motions = self.motions.clone();
+        // σ of a velocity goes with the noise of the torque to the power of ¾; what a model leaves besides makes none unsure.
+        let own = self.form.own_noise(noise);
+        let shares: Vec<f64> = own.iter().zip(noise).map(|(own, all)| (own / all).powf(0.75)).collect();
         let smoothed =
             self.of_each_group(noise, |kalman, run| kalman.smoothed(|joint, k| self.input(run, joint, k)));
         let runs = motions.iter_mut().zip(smoothed).zip(&self.systems).zip(&self.form.smooth);
         for (((motion, groups), system), kernel) in runs {
-            for (joint, deviation) in self.form.joints.iter().zip(groups.into_iter().flatten()) {
+            let of_joints = self.form.joints.iter().zip(&shares).zip(groups.into_iter().flatten());
+            for ((joint, share), deviation) in of_joints {
                 // The sample after the last hold goes with it.
                 let last = deviation.last().copied();
-                for (k, x) in deviation.iter().copied().chain(last).enumerate() {
+                motion.speed_noise[joint.dof].clear();
+                for (k, Smoothed { x, speed_noise }) in deviation.into_iter().chain(last).enumerate() {
                     motion.deviate(joint.dof, k, [x[0], x[1]]);
-                    if k < system.led {
+                    let is_led = k < system.led;
+                    if is_led {
                         motion.fade_in(joint.dof, k, k as f64 / system.led as f64, kernel);
                     }
+                    motion.speed_noise[joint.dof].push(if is_led { 0.0 } else { share * speed_noise });
                 }
             }
         }

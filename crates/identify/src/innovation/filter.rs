@@ -188,7 +188,10 @@ mod tests {
 
     // A rigid joint of inertia 2 whose velocity decays with 0.5 1/s.
     fn system(samples: usize) -> System {
-        system_of(samples, Readings { motor: 1e-10, link: None, gear: None, shown: 0 })
+        system_of(
+            samples,
+            Readings { motor: 1e-10, link: None, gear: None, shown: 0, same: Default::default() },
+        )
     }
 
     fn system_of(samples: usize, readings: Readings) -> System {
@@ -202,14 +205,14 @@ mod tests {
     }
 
     // Readings of its position under torque noise of one and encoder noise of 10⁻⁵, and the true motion.
-    fn readings(system: &System) -> (Vec<f64>, Vec<f64>) {
+    fn readings(system: &System) -> (Vec<f64>, Vec<[f64; 2]>) {
         use rand::{Rng, SeedableRng, rngs::SmallRng};
         let mut random = SmallRng::seed_from_u64(4);
         let mut normal = || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
         let mut x = [[[0.0]; 4]];
         let (mut read, mut truth) = (Vec::new(), Vec::new());
         for k in 0..system.len() {
-            truth.push(x[0][0][0]);
+            truth.push([x[0][0][0], x[0][1][0]]);
             read.push(x[0][0][0] + 1e-5 * normal());
             let mut next = x;
             let torques = [[normal()], [0.0]];
@@ -265,7 +268,16 @@ mod tests {
     #[test]
     fn a_torque_behind_the_gear_is_worth_the_position_it_shows() {
         let one = system(2000);
-        let two = system_of(2000, Readings { motor: 2e-10, link: None, gear: Some(2e-10 * 1e8), shown: 0 });
+        let two = system_of(
+            2000,
+            Readings {
+                motor: 2e-10,
+                link: None,
+                gear: Some(2e-10 * 1e8),
+                shown: 0,
+                same: Default::default(),
+            },
+        );
         let (read, _) = readings(&one);
         let smoothed = |system: &System, input: &dyn Fn(usize) -> [f64; 3]| {
             let kalman = Kalman { system, group: 0..1, noise: &[1.0] };
@@ -276,7 +288,7 @@ mod tests {
         let (position, alone) = smoothed(&one, &|k| [read[k], 0.0, 0.0]);
         let (both, together) = smoothed(&two, &|k| [read[k], 0.0, 1e4 * read[k]]);
         for (a, b) in position[0].iter().zip(&both[0]) {
-            assert!((a[0] - b[0]).abs() < 1e-9 && (a[1] - b[1]).abs() < 1e-6, "{a:?} {b:?}");
+            assert!((a.x[0] - b.x[0]).abs() < 1e-9 && (a.x[1] - b.x[1]).abs() < 1e-6, "{a:?} {b:?}");
         }
         // What two equal readings say beyond one: ln of the variance of their difference, 4 · 10⁻² (N·m)².
         let beyond = 2000.0 * (4e-10f64 * 1e8).ln();
@@ -294,10 +306,33 @@ mod tests {
         let (read, truth) = readings(&system);
         let kalman = Kalman { system: &system, group: 0..1, noise: &[1.0] };
         let smooth = kalman.smoothed(|_, k| (0.0, [read[k], 0.0, 0.0]));
-        let rms = |x: &dyn Fn(usize) -> f64| {
-            ((500..3500).map(|k| (x(k) - truth[k]).powi(2)).sum::<f64>() / 3000.0).sqrt()
+        let rms = |x: &dyn Fn(usize) -> f64, state: usize| {
+            ((500..3500).map(|k| (x(k) - truth[k][state]).powi(2)).sum::<f64>() / 3000.0).sqrt()
         };
-        let (before, after) = (rms(&|k| read[k]), rms(&|k| smooth[0][k][0]));
+        let (before, after) = (rms(&|k| read[k], 0), rms(&|k| smooth[0][k].x[0], 0));
         assert!(after < 0.5 * before, "{before} {after}");
+        // Of a mass driven by white noise of density q and seen in white noise of density r: σ² = q^¾ r^¼/√8.
+        let [q, r] = [0.25e-3f64, 1e-13];
+        let known = (q.powf(0.75) * r.powf(0.25) / 8.0f64.sqrt()).sqrt();
+        let (told, true_noise) = (smooth[0][2000].speed_noise, rms(&|k| smooth[0][k].x[1], 1));
+        assert!((told / known - 1.0).abs() < 0.02, "{told} {known}");
+        assert!((told / true_noise - 1.0).abs() < 0.1, "{told} {true_noise}");
+    }
+
+    // A count that stays for 50 samples is one reading, not fifty of a fiftieth of its variance: so sure of itself is the filter
+    // where a joint creeps.
+    #[test]
+    fn a_reading_that_stays_the_same_tells_once() {
+        let uncertain = |same: Vec<f32>| {
+            let mut readings =
+                Readings { motor: 1e-10, link: None, gear: None, shown: 0, same: Default::default() };
+            readings.same[0] = same.into();
+            let system = system_of(1000, readings);
+            let kalman = Kalman { system: &system, group: 0..1, noise: &[0.1] };
+            kalman.smoothed(|_, _| (0.0, [0.0; 3]))[0][500].speed_noise
+        };
+        // Of white noise of fifty times the density: 50^⅛.
+        let ratio = uncertain(vec![50.0; 1000]) / uncertain(Vec::new());
+        assert!((ratio / 50.0f64.powf(0.125) - 1.0).abs() < 0.05, "{ratio}");
     }
 }

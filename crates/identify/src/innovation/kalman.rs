@@ -2,15 +2,15 @@
 //!
 //! The sensors are taken one after the other, which gives the factor of their covariance without factoring it.
 //!
-//! Source: Kalman, *A new approach to linear filtering and prediction problems*, J. Basic Engineering 82, 1960;
-//! Bierman, *Fixed interval smoothing with discrete measurements*, Int. J. Control 18, 1973.
+//! Source: Kalman, *A new approach to linear filtering and prediction problems*, J. Basic Engineering 82, 1960.
 
 use std::ops::Range;
 
 use sinew_model::wide;
 
-use super::system::{Joint, SENSORS, Shown, State, System};
+use super::system::{Joint, SENSORS, Shown, System};
 use crate::least_squares::add;
+pub(super) use smoother::Smoothed;
 
 /// Most joints whose covariance is carried along together.
 pub(super) const GROUP: usize = 7;
@@ -133,6 +133,8 @@ macro_rules! widest_form {
     };
 }
 
+mod smoother;
+
 impl Kalman<'_> {
     fn joints(&self) -> &[Joint] {
         &self.system.joints[self.group.clone()]
@@ -214,53 +216,8 @@ impl Kalman<'_> {
     }
 
     /// The deviation of every joint of the group in every sample, by all of them: filter forwards, smoother backwards.
-    pub fn smoothed(&self, input: impl Fn(usize, usize) -> Input) -> Vec<Vec<State>> {
+    pub fn smoothed(&self, input: impl Fn(usize, usize) -> Input) -> Vec<Vec<Smoothed>> {
         by_size!(self, smoothed_of(&input))
-    }
-
-    // Bryson and Frazier's form, which inverts no covariance: one that is nearly singular, of a joint with little noise
-    // or without a link encoder, would be amplified from round to round.
-    //
-    // x̂_k = x_k − P_k λ_k,   λ_{k−1} = Φᵀ λ⁻_k,   sensor by sensor backwards:  λ⁻ = λ − c (Kᵀλ + e/S)
-    fn smoothed_of<const D: usize, const S: usize>(
-        &self,
-        input: &impl Fn(usize, usize) -> Input,
-    ) -> Vec<Vec<State>> {
-        let n = self.system.len();
-        // After the sensors of each sample: x, P, and what every sensor read.
-        let mut seen: Vec<([f64; D], Matrix<D>)> = Vec::with_capacity(n);
-        let sensors = self.system.sensor_count(self.group.clone());
-        let mut read: Vec<Read<D>> = Vec::with_capacity(n * sensors);
-        let (mut p, mut x) = (self.start::<D, S>(), [0.0; D]);
-        for k in 0..n {
-            self.correct::<D, S>(k, &mut p, &mut x, input, |one| read.push(one));
-            seen.push((x, p));
-            let step = self.step::<D, S>(k);
-            p = forward(&step, &p);
-            x = self.predict(&step, k, &x, input);
-        }
-        let mut lambda = [0.0; D];
-        for k in (0..n).rev() {
-            let (x, p) = &mut seen[k];
-            for (lambda, p) in lambda.iter().zip(p.iter()) {
-                add(x, -lambda, p);
-            }
-            for Read { joint, shown, gain, e } in read[k * sensors..(k + 1) * sensors].iter().rev() {
-                let pull: f64 = lambda.iter().zip(&gain.column).map(|(l, g)| l * g).sum();
-                let pull = pull + e * gain.white * gain.white;
-                match shown {
-                    Shown::State(state) => lambda[S * joint + state] -= pull,
-                    Shown::Sum(c) => (0..S).for_each(|s| lambda[S * joint + s] -= c[s] * pull),
-                }
-            }
-            if k > 0 {
-                let turned = self.step::<D, S>(k - 1).turned;
-                lambda = turned.map(|column| column.iter().zip(&lambda).map(|(phi, l)| phi * l).sum());
-            }
-        }
-        let state = |x: &[f64; D], i: usize, s: usize| if s < S { x[S * i + s] } else { 0.0 };
-        let of_joint = |i: usize| seen.iter().map(|(x, _)| std::array::from_fn(|s| state(x, i, s))).collect();
-        (0..self.group.len()).map(of_joint).collect()
     }
 
     fn start<const D: usize, const S: usize>(&self) -> Matrix<D> {
@@ -347,6 +304,13 @@ struct Step<const D: usize> {
     variance: [f64; 2 * GROUP],
 }
 
+impl<const D: usize> Step<D> {
+    // Nothing moves and nothing pushes.
+    fn still() -> Self {
+        Self { turned: [[0.0; D]; D], pushes: [[0.0; D]; 2 * GROUP], variance: [0.0; 2 * GROUP] }
+    }
+}
+
 widest_form! {
     // P⁻ = Φ P Φᵀ + Q
     fn forward<const D: usize>(step: &Step<D>, p: &Matrix<D>) -> Matrix<D> {
@@ -419,7 +383,7 @@ mod tests {
             (linear.motor[1], linear.link[1]) = (mobility[3 * joint], mobility[3 * joint]);
             [linear; 40]
         });
-        let readings = Readings { motor: 1e-10, link: None, gear: None, shown: 0 };
+        let readings = Readings { motor: 1e-10, link: None, gear: None, shown: 0, same: Default::default() };
         let system =
             System::new(vec![readings; 2], &[&linear[0], &linear[1]], &[mobility.to_vec()], 40, 1e-3);
         let kalman = Kalman { system: &system, group: 0..2, noise: &[0.5, 0.2] };

@@ -2,7 +2,7 @@
 
 use faer::Mat;
 
-use sinew_effect::{Actuation, Derivative, Sensor};
+use sinew_effect::{Actuation, Derivative, Relaxation, Sensor};
 use sinew_model::Scalar;
 use sinew_plant::{Dynamics, ImposedOut, LinkState, Plant};
 use sinew_rigid::{Bodies, Scratch, mass_matrix_with};
@@ -63,6 +63,7 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
         dynamics: Dynamics::new(plant, &constants),
         x: LinkState::zero(plant),
         acceleration: vec![Derivative::ZERO; nv],
+        relaxations: vec![Relaxation::default(); walk.x.z.len()],
         out: ImposedOut::new(nv),
     };
     dual.seed(imposed);
@@ -151,6 +152,7 @@ struct Dual<'a> {
     dynamics: Dynamics<'a, Derivative>,
     x: LinkState<Derivative>,
     acceleration: Vec<Derivative>,
+    relaxations: Vec<Relaxation<Derivative>>,
     out: ImposedOut<Derivative>,
 }
 
@@ -167,6 +169,29 @@ impl Dual<'_> {
 
     fn evaluate(&mut self, walk: &Walk<f64>, freedom: &Freedom) {
         self.x.set_values(&walk.x);
+        self.x.z.iter_mut().for_each(|z| z.derivative = Derivative::ZERO.derivative);
+        self.torques(walk, freedom);
+        if !self.x.z.is_empty() {
+            self.follow(walk.record.scales.step() * walk.record.scales.every as f64);
+            self.torques(walk, freedom);
+        }
+    }
+
+    // Own states follow a deviation that lasts a row T as far as they do not forget it meanwhile; a loop of a gear is as stiff as its
+    // spring.
+    //
+    // z̃ = ∂ż/∂ẋ x̃ / (1 + rate T)
+    fn follow(&mut self, row: f64) {
+        self.dynamics.relaxations(&self.x, &mut self.relaxations);
+        for (z, to) in self.x.z.iter_mut().zip(&self.relaxations) {
+            let slope = (to.rate * (to.target - *z)).derivative;
+            for [position, velocity] in [MOTOR, LINK, BOTH] {
+                z.derivative[position] = slope[velocity] / (1.0 + to.rate.value * row);
+            }
+        }
+    }
+
+    fn torques(&mut self, walk: &Walk<f64>, freedom: &Freedom) {
         for (to, from) in self.acceleration.iter_mut().zip(&walk.acceleration) {
             to.value = *from;
         }

@@ -8,6 +8,7 @@ use sinew_effect::Sensor;
 use sinew_model::Robot;
 
 use super::rows::Innovations;
+use super::system::Same;
 use crate::freedom::Links;
 use crate::record::{Record, Reduction, START, Sensors, channel_signal, noise_of};
 use crate::scale::Scales;
@@ -28,6 +29,9 @@ pub(super) struct Even {
     /// Standard deviation of a reading: of each channel, of each motor position.
     pub noise: Vec<f64>,
     pub theta_noise: Vec<f64>,
+    /// How often they read the same.
+    pub same: Vec<Same>,
+    pub theta_same: Vec<Same>,
     // Windows whose rows do not count.
     left_out: Vec<[f64; 2]>,
     // Temperature of each joint, where it was logged.
@@ -41,6 +45,8 @@ pub(super) struct Even {
 pub(super) struct Motion {
     pub theta: Vec<Vec<f64>>,
     pub thetad: Vec<Vec<f64>>,
+    /// How uncertain each velocity is, by its standard deviation; empty where nobody knows.
+    pub speed_noise: Vec<Vec<f64>>,
 }
 
 impl Motion {
@@ -107,12 +113,18 @@ impl Even {
             theta: vec![still.clone(); nv],
             noise: Vec::new(),
             theta_noise: vec![0.0; nv],
+            same: Vec::new(),
+            theta_same: vec![Same::default(); nv],
             left_out: run.left_out.clone(),
             temperature: Vec::new(),
             start: vec![None; nv],
             time,
         };
-        let mut motion = Motion { theta: vec![still.clone(); nv], thetad: vec![still; nv] };
+        let mut motion = Motion {
+            theta: vec![still.clone(); nv],
+            thetad: vec![still; nv],
+            speed_noise: vec![Vec::new(); nv],
+        };
         let signal = |quantity: Option<Quantity>, dof| run.signal(quantity?, robot.model.dof_name(dof));
         for dof in 0..nv {
             let temperature = signal(Some(Quantity::Temperature), dof);
@@ -123,6 +135,7 @@ impl Even {
             even.theta_noise[dof] = noise_of(signal, &x);
             (motion.theta[dof], motion.thetad[dof]) = (smoother.value(&x), smoother.rate(&x));
             even.theta[dof] = reach(&x);
+            even.theta_same[dof] = same(&even.theta[dof], even.theta_noise[dof]);
         }
         for (c, channel) in sensors.channels.iter().enumerate() {
             let signal = channel_signal(robot, run, channel);
@@ -144,6 +157,7 @@ impl Even {
                 }
                 Sensor::JointTorque => even.read[c] = reach(&x),
             }
+            even.same.push(same(&even.read[c], even.noise[c]));
         }
         (even, motion)
     }
@@ -161,7 +175,8 @@ impl Even {
         let rate = |x: &Vec<f64>| between(x, &|a, b| (b - a) / h);
         let thetad: Vec<Vec<f64>> = motion.theta.iter().map(rate).collect();
         let ends = |i: usize| motion.thetad[i].windows(2).map(|pair| [pair[0], pair[1]]);
-        let sweep = (0..thetad.len()).map(|i| sweeps(ends(i), &thetad[i])).collect();
+        let noise = |i: usize| motion.speed_noise[i].windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+        let sweep = (0..thetad.len()).map(|i| sweeps(ends(i), &thetad[i], noise(i))).collect();
         let thetadd = motion.thetad.iter().map(|v| between(v, &|a, b| (b - a) / h)).collect();
         let theta = motion.theta.iter().zip(&motion.thetad).map(|(x, v)| {
             let bend = between(v, &|a, b| h / 8.0 * (a - b));
@@ -228,7 +243,8 @@ impl Even {
             let v = &motion.thetad[i];
             (1..v.len()).step_by(2).map(move |k| [v[k - 1], v[(k + 1).min(v.len() - 1)]])
         };
-        let sweep = (0..thetad.len()).map(|i| sweeps(ends(i), &thetad[i])).collect();
+        let noise = |i: usize| motion.speed_noise[i].iter().skip(1).step_by(2).copied();
+        let sweep = (0..thetad.len()).map(|i| sweeps(ends(i), &thetad[i], noise(i))).collect();
         let samples = motion.thetad.first().map_or(0, |v| v.len());
         let met = |link: &Vec<[f64; 3]>| {
             (1..samples).step_by(2).map(|k| at_sample(link.len(), k, |hold| link[hold])).collect()
@@ -266,13 +282,28 @@ pub(super) fn where_holds_meet(held: &[f64]) -> Vec<f64> {
 
 // The width of the velocities of a motor in each hold, evenly spread: from end to end where they change evenly; where
 // friction near rest takes it to its final velocity at once, the mean is that of one end and the change is over before
-// it counts.
-fn sweeps(ends: impl Iterator<Item = [f64; 2]>, mean: &[f64]) -> Vec<f64> {
-    let sweep = |([from, to], mean): ([f64; 2], &f64)| {
+// it counts. A velocity that is not known has a width, too: friction's mean over all that it may be is not that of their mean.
+//
+// w² = w_hold² + 12 σ²
+fn sweeps(ends: impl Iterator<Item = [f64; 2]>, mean: &[f64], noise: impl Iterator<Item = f64>) -> Vec<f64> {
+    let noise = noise.chain(std::iter::repeat(0.0));
+    let sweep = |(([from, to], mean), noise): (([f64; 2], &f64), f64)| {
         let (change, off) = (to - from, mean - 0.5 * (from + to));
-        (change.abs() - 2.0 * off.abs()).max(0.0)
+        (change.abs() - 2.0 * off.abs()).max(0.0).hypot(12.0f64.sqrt() * noise)
     };
-    ends.zip(mean).map(sweep).collect()
+    ends.zip(mean).zip(noise).map(sweep).collect()
+}
+
+// Share of its noise by which what a sensor reads twice may differ: logs are rounded, and put on an even grid.
+const ROUNDED: f64 = 0.05;
+
+fn same(read: &[f64], noise: f64) -> Same {
+    let alike = |a: &f64, b: &f64| (a - b).abs() < ROUNDED * noise;
+    if !read.windows(2).any(|pair| alike(&pair[0], &pair[1])) {
+        return Same::default();
+    }
+    let runs = read.chunk_by(alike).map(<[f64]>::len);
+    runs.flat_map(|samples| std::iter::repeat_n(samples as f32, samples)).collect()
 }
 
 /// What a series at every second sample is in the middle of hold k.
@@ -320,6 +351,22 @@ pub(super) fn at_sample<const W: usize>(len: usize, k: usize, holds: impl Fn(usi
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn readings_that_are_the_same_are_counted() {
+        let read = [0.0, 1.0, 1.01, 0.99, 2.0, 3.0, 3.0];
+        assert_eq!(same(&read, 0.1)[..], [1.0, 1.0, 1.0, 1.0, 1.0, 2.0, 2.0]);
+        assert_eq!(same(&read, 1.0)[..], [1.0, 3.0, 3.0, 3.0, 1.0, 2.0, 2.0]);
+        assert!(same(&[0.0, 1.0, 2.0], 0.3).is_empty());
+    }
+
+    // The standard deviation of a uniform spread of width w is w/√12.
+    #[test]
+    fn a_velocity_that_is_not_known_has_a_width() {
+        let widths = |noise: Vec<f64>| sweeps([[1.0, 1.3]].into_iter(), &[1.15], noise.into_iter())[0];
+        assert!((widths(Vec::new()) - 0.3).abs() < 1e-12);
+        assert!((widths(vec![0.1]) - (0.09f64 + 0.12).sqrt()).abs() < 1e-12);
+    }
 
     #[test]
     fn what_is_fetched_around_some_holds_is_all_that_is_looked_at() {

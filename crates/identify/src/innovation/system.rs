@@ -3,6 +3,7 @@
 //! The state of a joint is x̃ = (θ̃, θ̃̇, q̃, q̃̇) if it is elastic, (θ̃, θ̃̇, 0, 0) if it is rigid.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -140,7 +141,7 @@ fn eliminate<const N: usize>(left: &mut Square, right: &mut [[f64; N]; 4]) {
 }
 
 /// How well the sensors of a joint are read.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Readings {
     /// Variance of a reading of the motor's position.
     pub motor: f64,
@@ -150,7 +151,13 @@ pub(super) struct Readings {
     pub gear: Option<f64>,
     /// State that the link's encoder shows: 2, or 0 of a rigid joint.
     pub shown: usize,
+    /// How often each sensor reads the same.
+    pub same: [Same; SENSORS],
 }
+
+/// For how many samples in a row a sensor reads what it reads in this one, by sample; empty where it never reads the same twice.
+/// Its error is the same then, too, so all of them tell as much as one.
+pub(super) type Same = Arc<[f32]>;
 
 impl Readings {
     /// True if nothing shows where a link on a spring is.
@@ -256,10 +263,10 @@ impl System {
     ) -> Self {
         let over = |linear: &[Linear]| linear.iter().map(|l| l.over(period).into()).collect();
         let joint = |(readings, linear): (Readings, &&[Linear])| Joint {
-            readings,
             steps: over(linear),
             lightness: lightness(linear, readings.shown),
             gear: readings.gear.map_or_else(Vec::new, |_| linear.iter().map(|l| l.gear).collect()),
+            readings,
         };
         let joints: Vec<Joint> = readings.into_par_iter().zip(linear).map(joint).collect();
         let (mut couplings, mut coupling) = (Vec::new(), Vec::new());
@@ -466,11 +473,15 @@ impl Joint {
 
     /// Its sensors in sample k.
     #[inline(always)]
-    pub fn sensors(&self, k: usize) -> impl Iterator<Item = Sensor> {
-        let Readings { motor, link, gear, shown } = self.readings;
-        let motor = Sensor { which: 0, shown: Shown::State(0), variance: motor };
-        let link = link.map(|variance| Sensor { which: 1, shown: Shown::State(shown), variance });
-        let gear = gear.map(|variance| Sensor { which: 2, shown: Shown::Sum(self.gear[k]), variance });
+    pub fn sensors(&self, k: usize) -> impl Iterator<Item = Sensor> + use<> {
+        let Readings { motor, link, gear, shown, same } = &self.readings;
+        let sensor = |which: usize, shown, variance: &f64| {
+            let samples = same[which].get(k).map_or(1.0, |n| f64::from(*n));
+            Sensor { which, shown, variance: variance * samples }
+        };
+        let motor = sensor(0, Shown::State(0), motor);
+        let link = link.as_ref().map(|variance| sensor(1, Shown::State(*shown), variance));
+        let gear = gear.as_ref().map(|variance| sensor(2, Shown::Sum(self.gear[k]), variance));
         [motor].into_iter().chain(link).chain(gear)
     }
 
@@ -501,7 +512,13 @@ mod tests {
         rigid.a[0][1] = 1.0;
         rigid.a[1] = rigid.push.map(|p| mobility[3] * p);
         (rigid.motor[1], rigid.link[1]) = (mobility[3], mobility[3]);
-        let readings = [2, 0].map(|shown| Readings { motor: 1e-10, link: None, gear: None, shown });
+        let readings = [2, 0].map(|shown| Readings {
+            motor: 1e-10,
+            link: None,
+            gear: None,
+            shown,
+            same: Default::default(),
+        });
         System::new(readings.to_vec(), &[&[elastic], &[rigid]], &[mobility.to_vec()], 1, period)
     }
 

@@ -1,0 +1,123 @@
+//! The smoother: what all samples of a run together tell of each.
+//!
+//! Bryson and Frazier's form, which inverts no covariance: one that is nearly singular, of a joint with little noise or
+//! without a link encoder, would be amplified from round to round.
+//!
+//! ```text
+//! x̂_k = x_k − P_k λ_k,   P̂_k = P_k − P_k Λ_k P_k
+//! λ_{k−1} = Φᵀ λ⁻_k,   sensor by sensor backwards:  λ⁻ = λ − c (Kᵀλ + e/S)
+//! Λ_{k−1} = Φᵀ Λ⁻_k Φ,   Λ⁻ = (1 − c Kᵀ) Λ (1 − K cᵀ) + c cᵀ/S
+//! ```
+//!
+//! Source: Bierman, *Fixed interval smoothing with discrete measurements*, Int. J. Control 18, 1973.
+
+use super::{Input, Kalman, Matrix, Read, Shown, Step, add, forward};
+use crate::innovation::system::State;
+
+/// The deviation of a joint in a sample.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::innovation) struct Smoothed {
+    pub x: State,
+    /// How uncertain its motor's velocity is, by the standard deviation.
+    pub speed_noise: f64,
+}
+
+// What the samples after one tell of it.
+struct Ahead<const D: usize> {
+    // λ and Λ
+    pull: [f64; D],
+    information: Matrix<D>,
+}
+
+impl Kalman<'_> {
+    pub(super) fn smoothed_of<const D: usize, const S: usize>(
+        &self,
+        input: &impl Fn(usize, usize) -> Input,
+    ) -> Vec<Vec<Smoothed>> {
+        let n = self.system.len();
+        // After the sensors of each sample: x, P, and what every sensor read.
+        let mut seen: Vec<([f64; D], Matrix<D>)> = Vec::with_capacity(n);
+        let sensors = self.system.sensor_count(self.group.clone());
+        let mut read: Vec<Read<D>> = Vec::with_capacity(n * sensors);
+        let (mut p, mut x) = (self.start::<D, S>(), [0.0; D]);
+        for k in 0..n {
+            self.correct::<D, S>(k, &mut p, &mut x, input, |one| read.push(one));
+            seen.push((x, p));
+            let step = self.step::<D, S>(k);
+            p = forward(&step, &p);
+            x = self.predict(&step, k, &x, input);
+        }
+        let mut ahead = Ahead { pull: [0.0; D], information: [[0.0; D]; D] };
+        let unknown = Smoothed { x: [0.0; 4], speed_noise: 0.0 };
+        let mut smoothed = vec![vec![unknown; n]; self.group.len()];
+        for (k, (x, p)) in seen.iter().enumerate().rev() {
+            let x = ahead.smooth(x, p);
+            for (i, of_joint) in smoothed.iter_mut().enumerate() {
+                of_joint[k].x[..S].copy_from_slice(&x[S * i..S * (i + 1)]);
+                of_joint[k].speed_noise = ahead.variance(p, S * i + 1).max(0.0).sqrt();
+            }
+            for one in read[k * sensors..(k + 1) * sensors].iter().rev() {
+                ahead.take::<S>(one);
+            }
+            if k > 0 {
+                ahead.turn_back(&self.step::<D, S>(k - 1));
+            }
+        }
+        smoothed
+    }
+}
+
+impl<const D: usize> Ahead<D> {
+    // x̂ = x − P λ
+    fn smooth(&self, x: &[f64; D], p: &Matrix<D>) -> [f64; D] {
+        let mut x = *x;
+        for (pull, p) in self.pull.iter().zip(p) {
+            add(&mut x, -pull, p);
+        }
+        x
+    }
+
+    // A diagonal entry of P − P Λ P.
+    fn variance(&self, p: &Matrix<D>, state: usize) -> f64 {
+        let row = &p[state];
+        row[state] - dot(&self.image(row), row)
+    }
+
+    // Λ v
+    fn image(&self, v: &[f64; D]) -> [f64; D] {
+        let mut image = [0.0; D];
+        for (row, v) in self.information.iter().zip(v) {
+            add(&mut image, *v, row);
+        }
+        image
+    }
+
+    // What one more sensor tells: with u = Λ K,
+    // λ ← λ − c (Kᵀλ + e/S),   Λ ← Λ − c uᵀ − u cᵀ + c cᵀ (Kᵀu + 1/S)
+    fn take<const S: usize>(&mut self, Read { joint, shown, gain, e }: &Read<D>) {
+        let u = self.image(&gain.column);
+        let own = dot(&u, &gain.column) + gain.white * gain.white;
+        let pull = dot(&self.pull, &gain.column) + e * gain.white * gain.white;
+        let mut c = [0.0; D];
+        match shown {
+            Shown::State(state) => c[S * joint + state] = 1.0,
+            Shown::Sum(sum) => c[S * joint..S * (joint + 1)].copy_from_slice(&sum[..S]),
+        }
+        add(&mut self.pull, -pull, &c);
+        for ((row, c_row), u_row) in self.information.iter_mut().zip(&c).zip(&u) {
+            add(row, own * c_row - u_row, &c);
+            add(row, -c_row, &u);
+        }
+    }
+
+    // λ ← Φᵀ λ,   Λ ← Φᵀ Λ Φ
+    fn turn_back(&mut self, step: &Step<D>) {
+        self.pull = step.turned.map(|column| dot(&column, &self.pull));
+        let rows = std::array::from_fn(|i| step.turned.map(|column| column[i]));
+        self.information = forward(&Step { turned: rows, ..Step::still() }, &self.information);
+    }
+}
+
+fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
