@@ -56,8 +56,9 @@ fn asked(args: &[String]) -> Option<()> {
 }
 
 fn print(cases: &[NullCase], asked: usize) {
-    let alarms = cases.iter().filter(|c| c.alarm).count() + asked - cases.len();
-    println!("alarms {alarms} of {asked}");
+    let alarms: Vec<&String> = cases.iter().filter_map(|c| c.alarm.as_ref()).collect();
+    println!("alarms {} of {asked}", alarms.len() + asked - cases.len());
+    alarms.iter().for_each(|alarm| println!("{alarm}"));
     let mut names: Vec<&String> = cases.iter().flat_map(|c| &c.estimates).map(|e| &e.name).collect();
     names.sort_unstable();
     names.dedup();

@@ -24,8 +24,8 @@ pub struct NullCase {
     pub estimates: Vec<Estimate>,
     /// Score of every effect that is absent and enters linearly: standard normal if the model is right.
     pub scores: Vec<(String, f64)>,
-    /// True if anything but `adequate` was said.
-    pub alarm: bool,
+    /// What was said if it was not `adequate`: the verdict and the names.
+    pub alarm: Option<String>,
 }
 
 /// Fits and diagnoses one case in which nothing is hidden.
@@ -54,7 +54,13 @@ pub fn null_statistics(
     Ok(NullCase {
         estimates: estimates.collect(),
         scores: diagnosis.limits.iter().map(|l| (format!("{}@{}", l.effect, l.place), l.score)).collect(),
-        alarm: diagnosis.verdict != Verdict::Adequate,
+        alarm: (diagnosis.verdict != Verdict::Adequate).then(|| {
+            let names = diagnosis
+                .candidates
+                .iter()
+                .map(|c| format!(" {}@{} {:.2}", c.effect, c.place, c.probability));
+            format!("seed {seed}: {}{}", diagnosis.verdict, names.collect::<String>())
+        }),
     })
 }
 
