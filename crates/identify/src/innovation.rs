@@ -161,13 +161,13 @@ impl Innovation {
     // The equations of the moving joints along a run.
     fn system(&self, run: &Even, along: &Along) -> System {
         let square = |x: f64| (x * x).max(1e-24);
-        let same = |c: Option<usize>| c.map(|c| run.same[c].clone()).unwrap_or_default();
+        let alike = |c: Option<usize>| c.map(|c| run.alike[c].clone()).unwrap_or_default();
         let readings = |j: &JointChannels| Readings {
             motor: square(run.theta_noise[j.dof]),
             link: j.position.map(|c| square(run.noise[c])),
             gear: j.gear.map(|c| square(run.noise[c])),
             shown: if along.links.motion[j.dof].is_none() { 0 } else { 2 },
-            same: [run.theta_same[j.dof].clone(), same(j.position), same(j.gear)],
+            alike: [run.theta_alike[j.dof].clone(), alike(j.position), alike(j.gear)],
         };
         let linear: Vec<&[Linear]> = self.joints.iter().map(|j| along.linear[j.dof].as_slice()).collect();
         let mobility: Vec<Vec<f64>> = along.mobility.iter().map(|m| self.of_joints(m)).collect();

@@ -190,7 +190,7 @@ mod tests {
     fn system(samples: usize) -> System {
         system_of(
             samples,
-            Readings { motor: 1e-10, link: None, gear: None, shown: 0, same: Default::default() },
+            Readings { motor: 1e-10, link: None, gear: None, shown: 0, alike: Default::default() },
         )
     }
 
@@ -275,7 +275,7 @@ mod tests {
                 link: None,
                 gear: Some(2e-10 * 1e8),
                 shown: 0,
-                same: Default::default(),
+                alike: Default::default(),
             },
         );
         let (read, _) = readings(&one);
@@ -319,14 +319,13 @@ mod tests {
         assert!((told / true_noise - 1.0).abs() < 0.1, "{told} {true_noise}");
     }
 
-    // A count that stays for 50 samples is one reading, not fifty of a fiftieth of its variance: so sure of itself is the filter
-    // where a joint creeps.
+    // Fifty samples of a count that stays are one reading.
     #[test]
-    fn a_reading_that_stays_the_same_tells_once() {
-        let uncertain = |same: Vec<f32>| {
+    fn readings_that_step_alike_tell_once() {
+        let uncertain = |alike: Vec<f32>| {
             let mut readings =
-                Readings { motor: 1e-10, link: None, gear: None, shown: 0, same: Default::default() };
-            readings.same[0] = same.into();
+                Readings { motor: 1e-10, link: None, gear: None, shown: 0, alike: Default::default() };
+            readings.alike[0] = alike.into();
             let system = system_of(1000, readings);
             let kalman = Kalman { system: &system, group: 0..1, noise: &[0.1] };
             kalman.smoothed(|_, _| (0.0, [0.0; 3]))[0][500].speed_noise

@@ -383,7 +383,7 @@ mod tests {
             (linear.motor[1], linear.link[1]) = (mobility[3 * joint], mobility[3 * joint]);
             [linear; 40]
         });
-        let readings = Readings { motor: 1e-10, link: None, gear: None, shown: 0, same: Default::default() };
+        let readings = Readings { motor: 1e-10, link: None, gear: None, shown: 0, alike: Default::default() };
         let system =
             System::new(vec![readings; 2], &[&linear[0], &linear[1]], &[mobility.to_vec()], 40, 1e-3);
         let kalman = Kalman { system: &system, group: 0..2, noise: &[0.5, 0.2] };

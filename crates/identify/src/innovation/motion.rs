@@ -8,7 +8,7 @@ use sinew_effect::Sensor;
 use sinew_model::Robot;
 
 use super::rows::Innovations;
-use super::system::Same;
+use super::system::Alike;
 use crate::freedom::Links;
 use crate::record::{Record, Reduction, START, Sensors, channel_signal, noise_of};
 use crate::scale::Scales;
@@ -29,9 +29,9 @@ pub(super) struct Even {
     /// Standard deviation of a reading: of each channel, of each motor position.
     pub noise: Vec<f64>,
     pub theta_noise: Vec<f64>,
-    /// How often they read the same.
-    pub same: Vec<Same>,
-    pub theta_same: Vec<Same>,
+    /// For how long they step alike.
+    pub alike: Vec<Alike>,
+    pub theta_alike: Vec<Alike>,
     // Windows whose rows do not count.
     left_out: Vec<[f64; 2]>,
     // Temperature of each joint, where it was logged.
@@ -113,8 +113,8 @@ impl Even {
             theta: vec![still.clone(); nv],
             noise: Vec::new(),
             theta_noise: vec![0.0; nv],
-            same: Vec::new(),
-            theta_same: vec![Same::default(); nv],
+            alike: Vec::new(),
+            theta_alike: vec![Alike::default(); nv],
             left_out: run.left_out.clone(),
             temperature: Vec::new(),
             start: vec![None; nv],
@@ -135,7 +135,7 @@ impl Even {
             even.theta_noise[dof] = noise_of(signal, &x);
             (motion.theta[dof], motion.thetad[dof]) = (smoother.value(&x), smoother.rate(&x));
             even.theta[dof] = reach(&x);
-            even.theta_same[dof] = same(&even.theta[dof], even.theta_noise[dof]);
+            even.theta_alike[dof] = alike(&even.theta[dof], even.theta_noise[dof]);
         }
         for (c, channel) in sensors.channels.iter().enumerate() {
             let signal = channel_signal(robot, run, channel);
@@ -157,7 +157,7 @@ impl Even {
                 }
                 Sensor::JointTorque => even.read[c] = reach(&x),
             }
-            even.same.push(same(&even.read[c], even.noise[c]));
+            even.alike.push(alike(&even.read[c], even.noise[c]));
         }
         (even, motion)
     }
@@ -294,16 +294,23 @@ fn sweeps(ends: impl Iterator<Item = [f64; 2]>, mean: &[f64], noise: impl Iterat
     ends.zip(mean).zip(noise).map(sweep).collect()
 }
 
-// Share of its noise by which what a sensor reads twice may differ: logs are rounded, and put on an even grid.
+// Share of its noise by which steps of a reading that are the same may differ: logs are rounded, and put on an even grid.
 const ROUNDED: f64 = 0.05;
+// Steps alike that white noise of counts shows, too.
+const BY_CHANCE: usize = 4;
 
-fn same(read: &[f64], noise: f64) -> Same {
-    let alike = |a: &f64, b: &f64| (a - b).abs() < ROUNDED * noise;
-    if !read.windows(2).any(|pair| alike(&pair[0], &pair[1])) {
-        return Same::default();
+// For how many samples about each the reading steps alike: a joint rests, creeps, or moves on by as many counts in each.
+fn alike(read: &[f64], noise: f64) -> Alike {
+    let steps: Vec<f64> = read.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let runs = steps.chunk_by(|a, b| (a - b).abs() < ROUNDED * noise).map(<[f64]>::len);
+    let told = |steps: usize| if steps > BY_CHANCE { steps } else { 1 };
+    let runs: Vec<(usize, usize)> = runs.map(|steps| (steps, told(steps))).collect();
+    if runs.iter().all(|(_, told)| *told == 1) {
+        return Alike::default();
     }
-    let runs = read.chunk_by(alike).map(<[f64]>::len);
-    runs.flat_map(|samples| std::iter::repeat_n(samples as f32, samples)).collect()
+    let samples = runs.into_iter().flat_map(|(steps, told)| std::iter::repeat_n(told as f32, steps));
+    let last = samples.clone().last();
+    samples.chain(last).collect()
 }
 
 /// What a series at every second sample is in the middle of hold k.
@@ -353,11 +360,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn readings_that_are_the_same_are_counted() {
-        let read = [0.0, 1.0, 1.01, 0.99, 2.0, 3.0, 3.0];
-        assert_eq!(same(&read, 0.1)[..], [1.0, 1.0, 1.0, 1.0, 1.0, 2.0, 2.0]);
-        assert_eq!(same(&read, 1.0)[..], [1.0, 3.0, 3.0, 3.0, 1.0, 2.0, 2.0]);
-        assert!(same(&[0.0, 1.0, 2.0], 0.3).is_empty());
+    fn steps_alike_are_counted() {
+        let read = |step: fn(i32) -> f64| -> Vec<f64> { (0..12).map(step).collect() };
+        // At rest from the fifth sample on, where white noise would show two or three.
+        let rests = alike(&read(|k| f64::from(k.min(5))), 0.3);
+        assert_eq!(rests[..], [[5.0; 5].as_slice(), &[6.0; 7]].concat());
+        let whole_counts = alike(&read(|k| f64::from(22 * k)), 0.3);
+        assert_eq!(whole_counts[..], [11.0; 12]);
+        assert!(alike(&read(|k| (0.3 * f64::from(k)).round()), 0.3).is_empty());
     }
 
     // The standard deviation of a uniform spread of width w is w/√12.

@@ -151,13 +151,13 @@ pub(super) struct Readings {
     pub gear: Option<f64>,
     /// State that the link's encoder shows: 2, or 0 of a rigid joint.
     pub shown: usize,
-    /// How often each sensor reads the same.
-    pub same: [Same; SENSORS],
+    /// For how long each sensor steps alike.
+    pub alike: [Alike; SENSORS],
 }
 
-/// For how many samples in a row a sensor reads what it reads in this one, by sample; empty where it never reads the same twice.
-/// Its error is the same then, too, so all of them tell as much as one.
-pub(super) type Same = Arc<[f32]>;
+/// For how many samples about each the steps of a reading are all alike, by sample; empty where they never are. What was
+/// rounded away is then nearly the same in all, so they tell as much as one.
+pub(super) type Alike = Arc<[f32]>;
 
 impl Readings {
     /// True if nothing shows where a link on a spring is.
@@ -474,9 +474,9 @@ impl Joint {
     /// Its sensors in sample k.
     #[inline(always)]
     pub fn sensors(&self, k: usize) -> impl Iterator<Item = Sensor> + use<> {
-        let Readings { motor, link, gear, shown, same } = &self.readings;
+        let Readings { motor, link, gear, shown, alike } = &self.readings;
         let sensor = |which: usize, shown, variance: &f64| {
-            let samples = same[which].get(k).map_or(1.0, |n| f64::from(*n));
+            let samples = alike[which].get(k).map_or(1.0, |n| f64::from(*n));
             Sensor { which, shown, variance: variance * samples }
         };
         let motor = sensor(0, Shown::State(0), motor);
@@ -517,7 +517,7 @@ mod tests {
             link: None,
             gear: None,
             shown,
-            same: Default::default(),
+            alike: Default::default(),
         });
         System::new(readings.to_vec(), &[&[elastic], &[rigid]], &[mobility.to_vec()], 1, period)
     }
