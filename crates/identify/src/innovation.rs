@@ -302,8 +302,11 @@ impl<'a> Pass<'a> {
     fn smoothed(&self, noise: &[f64]) -> Vec<Motion> {
         let mut motions = self.motions.clone();
         // σ of a velocity goes with the noise of the torque to the power of ¾; what a model leaves besides makes none unsure.
+        // Behind fine encoders friction is as sharp as it is without.
+        let is_coarse = self.form.runs.first().is_some_and(|run| run.scales.coarse);
         let own = self.form.own_noise(noise);
-        let shares: Vec<f64> = own.iter().zip(noise).map(|(own, all)| (own / all).powf(0.75)).collect();
+        let share = |(own, all): (&f64, &f64)| if is_coarse { (own / all).powf(0.75) } else { 0.0 };
+        let shares: Vec<f64> = own.iter().zip(noise).map(share).collect();
         let smoothed =
             self.of_each_group(noise, |kalman, run| kalman.smoothed(|joint, k| self.input(run, joint, k)));
         let runs = motions.iter_mut().zip(smoothed).zip(&self.systems).zip(&self.form.smooth);
