@@ -143,8 +143,6 @@ fn worked<T>(
 
 // Sample rate, Hz, from which the torque noise of single samples tells on the encoders.
 const FAST: f64 = 200.0;
-// Joints up to which it is found out where motors may rest.
-const FEW_JOINTS: usize = 3;
 
 const SUITED: &str = "motor torque and encoders at 200 Hz or more: their noise is treated together";
 const DROWNED: &str = "the innovation residual names nothing and finds more torque noise than there is torque: a misfit passes for noise";
@@ -188,9 +186,7 @@ pub(crate) fn about_base(
         Start::Reference
     });
     form.renew(&plant, &p, from);
-    // On six joints it takes the search over three times as long; its help there is not measured.
-    let few = prepared.sensors.moving() <= FEW_JOINTS;
-    Ok(Some(if few { form.sure() } else { form }))
+    Ok(Some(if prepared.sensors.few_move() { form.sure() } else { form }))
 }
 
 // True if the torque noise of a joint is larger than what was logged of its torque.

@@ -36,7 +36,7 @@ use linearise::{Along, INERTIA_EVERY, along};
 use motion::{Even, Motion, where_holds_meet};
 pub(crate) use rows::Innovations;
 use rows::{JointChannels, deviation_readings, read_late};
-use system::{Alike, Linear, MOST_JOINTS, Readings, System};
+use system::{Linear, MOST_JOINTS, Readings, System};
 
 /// What the rows of an innovation residual are formed about: reference motions with their frozen filters.
 #[derive(Default)]
@@ -75,8 +75,6 @@ const SETTLED_NOISE: f64 = 0.15;
 // Shares of the way that are tried, each half of the one before, and what −2 log likelihood may rise by a sample.
 const TRIES: usize = 3;
 const WORSE: f64 = 0.01;
-// Joints up to which friction is told how uncertain velocities are, and the filter how long readings step alike.
-const FEW_JOINTS: usize = 3;
 // Standard deviations of a velocity from rest within which it may be rest.
 const UNSURE: f64 = 6.0;
 
@@ -160,21 +158,16 @@ impl Innovation {
         (0..count).map(|group| group * n / count..(group + 1) * n / count).collect()
     }
 
-    fn has_few_joints(&self) -> bool {
-        self.joints.len() <= FEW_JOINTS
-    }
-
     // The equations of the moving joints along a run.
     fn system(&self, run: &Even, along: &Along) -> System {
         let square = |x: f64| (x * x).max(1e-24);
-        let few = |alike: &Alike| if self.has_few_joints() { alike.clone() } else { Alike::default() };
-        let alike = |c: Option<usize>| c.map(|c| few(&run.alike[c])).unwrap_or_default();
+        let alike = |c: Option<usize>| c.map(|c| run.alike[c].clone()).unwrap_or_default();
         let readings = |j: &JointChannels| Readings {
             motor: square(run.theta_noise[j.dof]),
             link: j.position.map(|c| square(run.noise[c])),
             gear: j.gear.map(|c| square(run.noise[c])),
             shown: if along.links.motion[j.dof].is_none() { 0 } else { 2 },
-            alike: [few(&run.theta_alike[j.dof]), alike(j.position), alike(j.gear)],
+            alike: [run.theta_alike[j.dof].clone(), alike(j.position), alike(j.gear)],
         };
         let linear: Vec<&[Linear]> = self.joints.iter().map(|j| along.linear[j.dof].as_slice()).collect();
         let mobility: Vec<Vec<f64>> = along.mobility.iter().map(|m| self.of_joints(m)).collect();
@@ -309,14 +302,11 @@ impl<'a> Pass<'a> {
     fn smoothed(&self, noise: &[f64]) -> Vec<Motion> {
         let mut motions = self.motions.clone();
         // σ of a velocity goes with the noise of the torque to the power of ¾; what a model leaves besides makes none unsure.
-        // Behind fine encoders friction is as sharp as it is without; the velocities of light wrists are not normal.
-        let is_coarse = self.form.runs.first().is_some_and(|run| run.scales.coarse);
-        let widens = is_coarse && self.form.has_few_joints();
         let own = self.form.own_noise(noise);
-        let share = |(own, all): (&f64, &f64)| if widens { (own / all).powf(0.75) } else { 0.0 };
-        let shares: Vec<f64> = own.iter().zip(noise).map(share).collect();
-        let smoothed =
-            self.of_each_group(noise, |kalman, run| kalman.smoothed(|joint, k| self.input(run, joint, k)));
+        let shares: Vec<f64> = own.iter().zip(noise).map(|(own, all)| (own / all).powf(0.75)).collect();
+        let smoothed = self.of_each_group(noise, |kalman, run| {
+            kalman.smoothed(self.form.runs[run].asks_speed_noise, |joint, k| self.input(run, joint, k))
+        });
         let runs = motions.iter_mut().zip(smoothed).zip(&self.systems).zip(&self.form.smooth);
         for (((motion, groups), system), kernel) in runs {
             let of_joints = self.form.joints.iter().zip(&shares).zip(groups.into_iter().flatten());
@@ -330,7 +320,8 @@ impl<'a> Pass<'a> {
                     if is_led {
                         motion.fade_in(joint.dof, k, k as f64 / system.led as f64, kernel);
                     }
-                    motion.speed_noise[joint.dof].push(if is_led { 0.0 } else { share * speed_noise });
+                    let told = speed_noise.map(|std| if is_led { 0.0 } else { share * std });
+                    motion.speed_noise[joint.dof].extend(told);
                 }
             }
         }

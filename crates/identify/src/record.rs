@@ -178,7 +178,15 @@ impl Sensors {
     pub fn moving(&self) -> usize {
         self.imposed.iter().flatten().count()
     }
+
+    /// True if so few joints move that rest is looked at closely: on six it takes a search over three times as long, and in
+    /// light wrists friction near rest is another than this.
+    pub fn few_move(&self) -> bool {
+        self.moving() <= FEW_JOINTS
+    }
 }
+
+const FEW_JOINTS: usize = 3;
 
 /// True if every run has this quantity of this joint.
 pub(crate) fn all_have(runs: &[Run], quantity: Quantity, joint: &str) -> bool {

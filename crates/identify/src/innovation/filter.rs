@@ -188,10 +188,7 @@ mod tests {
 
     // A rigid joint of inertia 2 whose velocity decays with 0.5 1/s.
     fn system(samples: usize) -> System {
-        system_of(
-            samples,
-            Readings { motor: 1e-10, link: None, gear: None, shown: 0, alike: Default::default() },
-        )
+        system_of(samples, Readings { motor: 1e-10, ..Readings::default() })
     }
 
     fn system_of(samples: usize, readings: Readings) -> System {
@@ -268,22 +265,13 @@ mod tests {
     #[test]
     fn a_torque_behind_the_gear_is_worth_the_position_it_shows() {
         let one = system(2000);
-        let two = system_of(
-            2000,
-            Readings {
-                motor: 2e-10,
-                link: None,
-                gear: Some(2e-10 * 1e8),
-                shown: 0,
-                alike: Default::default(),
-            },
-        );
+        let two = system_of(2000, Readings { motor: 2e-10, gear: Some(2e-10 * 1e8), ..Readings::default() });
         let (read, _) = readings(&one);
         let smoothed = |system: &System, input: &dyn Fn(usize) -> [f64; 3]| {
             let kalman = Kalman { system, group: 0..1, noise: &[1.0] };
             let mut misfit = 0.0;
             kalman.misfit(2000, |_, k| (0.0, input(k)), |_, _, x| misfit += x);
-            (kalman.smoothed(|_, k| (0.0, input(k))), misfit)
+            (kalman.smoothed(false, |_, k| (0.0, input(k))), misfit)
         };
         let (position, alone) = smoothed(&one, &|k| [read[k], 0.0, 0.0]);
         let (both, together) = smoothed(&two, &|k| [read[k], 0.0, 1e4 * read[k]]);
@@ -305,7 +293,7 @@ mod tests {
         let system = system(4000);
         let (read, truth) = readings(&system);
         let kalman = Kalman { system: &system, group: 0..1, noise: &[1.0] };
-        let smooth = kalman.smoothed(|_, k| (0.0, [read[k], 0.0, 0.0]));
+        let smooth = kalman.smoothed(true, |_, k| (0.0, [read[k], 0.0, 0.0]));
         let rms = |x: &dyn Fn(usize) -> f64, state: usize| {
             ((500..3500).map(|k| (x(k) - truth[k][state]).powi(2)).sum::<f64>() / 3000.0).sqrt()
         };
@@ -314,7 +302,8 @@ mod tests {
         // Of a mass driven by white noise of density q and seen in white noise of density r: σ² = q^¾ r^¼/√8.
         let [q, r] = [0.25e-3f64, 1e-13];
         let known = (q.powf(0.75) * r.powf(0.25) / 8.0f64.sqrt()).sqrt();
-        let (told, true_noise) = (smooth[0][2000].speed_noise, rms(&|k| smooth[0][k].x[1], 1));
+        let (told, true_noise) =
+            (smooth[0][2000].speed_noise.expect("asked for"), rms(&|k| smooth[0][k].x[1], 1));
         assert!((told / known - 1.0).abs() < 0.02, "{told} {known}");
         assert!((told / true_noise - 1.0).abs() < 0.1, "{told} {true_noise}");
     }
@@ -323,12 +312,11 @@ mod tests {
     #[test]
     fn readings_that_step_alike_tell_once() {
         let uncertain = |alike: Vec<f32>| {
-            let mut readings =
-                Readings { motor: 1e-10, link: None, gear: None, shown: 0, alike: Default::default() };
+            let mut readings = Readings { motor: 1e-10, ..Readings::default() };
             readings.alike[0] = alike.into();
             let system = system_of(1000, readings);
             let kalman = Kalman { system: &system, group: 0..1, noise: &[0.1] };
-            kalman.smoothed(|_, _| (0.0, [0.0; 3]))[0][500].speed_noise
+            kalman.smoothed(true, |_, _| (0.0, [0.0; 3]))[0][500].speed_noise.expect("asked for")
         };
         // Of white noise of fifty times the density: 50^⅛.
         let ratio = uncertain(vec![50.0; 1000]) / uncertain(Vec::new());

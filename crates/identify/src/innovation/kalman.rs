@@ -216,8 +216,12 @@ impl Kalman<'_> {
     }
 
     /// The deviation of every joint of the group in every sample, by all of them: filter forwards, smoother backwards.
-    pub fn smoothed(&self, input: impl Fn(usize, usize) -> Input) -> Vec<Vec<Smoothed>> {
-        by_size!(self, smoothed_of(&input))
+    pub fn smoothed(
+        &self,
+        with_speed_noise: bool,
+        input: impl Fn(usize, usize) -> Input,
+    ) -> Vec<Vec<Smoothed>> {
+        by_size!(self, smoothed_of(with_speed_noise, &input))
     }
 
     fn start<const D: usize, const S: usize>(&self) -> Matrix<D> {
@@ -383,7 +387,7 @@ mod tests {
             (linear.motor[1], linear.link[1]) = (mobility[3 * joint], mobility[3 * joint]);
             [linear; 40]
         });
-        let readings = Readings { motor: 1e-10, link: None, gear: None, shown: 0, alike: Default::default() };
+        let readings = Readings { motor: 1e-10, ..Readings::default() };
         let system =
             System::new(vec![readings; 2], &[&linear[0], &linear[1]], &[mobility.to_vec()], 40, 1e-3);
         let kalman = Kalman { system: &system, group: 0..2, noise: &[0.5, 0.2] };

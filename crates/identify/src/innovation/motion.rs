@@ -32,6 +32,8 @@ pub(super) struct Even {
     /// For how long they step alike.
     pub alike: Vec<Alike>,
     pub theta_alike: Vec<Alike>,
+    /// True if friction is told how uncertain velocities are: behind fine encoders it is as sharp as it is without.
+    pub asks_speed_noise: bool,
     // Windows whose rows do not count.
     left_out: Vec<[f64; 2]>,
     // Temperature of each joint, where it was logged.
@@ -115,11 +117,13 @@ impl Even {
             theta_noise: vec![0.0; nv],
             alike: Vec::new(),
             theta_alike: vec![Alike::default(); nv],
+            asks_speed_noise: scales.coarse && sensors.few_move(),
             left_out: run.left_out.clone(),
             temperature: Vec::new(),
             start: vec![None; nv],
             time,
         };
+        let alike = |x: &[f64], noise| if sensors.few_move() { alike(x, noise) } else { Alike::default() };
         let mut motion = Motion {
             theta: vec![still.clone(); nv],
             thetad: vec![still; nv],

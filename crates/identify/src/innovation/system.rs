@@ -141,7 +141,7 @@ fn eliminate<const N: usize>(left: &mut Square, right: &mut [[f64; N]; 4]) {
 }
 
 /// How well the sensors of a joint are read.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Readings {
     /// Variance of a reading of the motor's position.
     pub motor: f64,
@@ -512,13 +512,7 @@ mod tests {
         rigid.a[0][1] = 1.0;
         rigid.a[1] = rigid.push.map(|p| mobility[3] * p);
         (rigid.motor[1], rigid.link[1]) = (mobility[3], mobility[3]);
-        let readings = [2, 0].map(|shown| Readings {
-            motor: 1e-10,
-            link: None,
-            gear: None,
-            shown,
-            alike: Default::default(),
-        });
+        let readings = [2, 0].map(|shown| Readings { motor: 1e-10, shown, ..Readings::default() });
         System::new(readings.to_vec(), &[&[elastic], &[rigid]], &[mobility.to_vec()], 1, period)
     }
 

@@ -18,20 +18,22 @@ use crate::innovation::system::State;
 #[derive(Debug, Clone, Copy)]
 pub(in crate::innovation) struct Smoothed {
     pub x: State,
-    /// How uncertain its motor's velocity is, by the standard deviation.
-    pub speed_noise: f64,
+    /// How uncertain its motor's velocity is, by the standard deviation, if that was asked for.
+    pub speed_noise: Option<f64>,
 }
 
 // What the samples after one tell of it.
 struct Ahead<const D: usize> {
-    // λ and Λ
+    // λ
     pull: [f64; D],
-    information: Matrix<D>,
+    // Λ, if it was asked for.
+    information: Option<Matrix<D>>,
 }
 
 impl Kalman<'_> {
     pub(super) fn smoothed_of<const D: usize, const S: usize>(
         &self,
+        with_speed_noise: bool,
         input: &impl Fn(usize, usize) -> Input,
     ) -> Vec<Vec<Smoothed>> {
         let n = self.system.len();
@@ -47,14 +49,14 @@ impl Kalman<'_> {
             p = forward(&step, &p);
             x = self.predict(&step, k, &x, input);
         }
-        let mut ahead = Ahead { pull: [0.0; D], information: [[0.0; D]; D] };
-        let unknown = Smoothed { x: [0.0; 4], speed_noise: 0.0 };
+        let mut ahead = Ahead { pull: [0.0; D], information: with_speed_noise.then_some([[0.0; D]; D]) };
+        let unknown = Smoothed { x: [0.0; 4], speed_noise: None };
         let mut smoothed = vec![vec![unknown; n]; self.group.len()];
         for (k, (x, p)) in seen.iter().enumerate().rev() {
             let x = ahead.smooth(x, p);
             for (i, of_joint) in smoothed.iter_mut().enumerate() {
                 of_joint[k].x[..S].copy_from_slice(&x[S * i..S * (i + 1)]);
-                of_joint[k].speed_noise = ahead.variance(p, S * i + 1).max(0.0).sqrt();
+                of_joint[k].speed_noise = ahead.variance(p, S * i + 1).map(|square| square.max(0.0).sqrt());
             }
             for one in read[k * sensors..(k + 1) * sensors].iter().rev() {
                 ahead.take::<S>(one);
@@ -78,33 +80,25 @@ impl<const D: usize> Ahead<D> {
     }
 
     // A diagonal entry of P − P Λ P.
-    fn variance(&self, p: &Matrix<D>, state: usize) -> f64 {
+    fn variance(&self, p: &Matrix<D>, state: usize) -> Option<f64> {
         let row = &p[state];
-        row[state] - dot(&self.image(row), row)
-    }
-
-    // Λ v
-    fn image(&self, v: &[f64; D]) -> [f64; D] {
-        let mut image = [0.0; D];
-        for (row, v) in self.information.iter().zip(v) {
-            add(&mut image, *v, row);
-        }
-        image
+        self.information.as_ref().map(|information| row[state] - dot(&image(information, row), row))
     }
 
     // What one more sensor tells: with u = Λ K,
     // λ ← λ − c (Kᵀλ + e/S),   Λ ← Λ − c uᵀ − u cᵀ + c cᵀ (Kᵀu + 1/S)
     fn take<const S: usize>(&mut self, Read { joint, shown, gain, e }: &Read<D>) {
-        let u = self.image(&gain.column);
-        let own = dot(&u, &gain.column) + gain.white * gain.white;
-        let pull = dot(&self.pull, &gain.column) + e * gain.white * gain.white;
         let mut c = [0.0; D];
         match shown {
             Shown::State(state) => c[S * joint + state] = 1.0,
             Shown::Sum(sum) => c[S * joint..S * (joint + 1)].copy_from_slice(&sum[..S]),
         }
+        let pull = dot(&self.pull, &gain.column) + e * gain.white * gain.white;
         add(&mut self.pull, -pull, &c);
-        for ((row, c_row), u_row) in self.information.iter_mut().zip(&c).zip(&u) {
+        let Some(information) = &mut self.information else { return };
+        let u = image(information, &gain.column);
+        let own = dot(&u, &gain.column) + gain.white * gain.white;
+        for ((row, c_row), u_row) in information.iter_mut().zip(&c).zip(&u) {
             add(row, own * c_row - u_row, &c);
             add(row, -c_row, &u);
         }
@@ -113,9 +107,19 @@ impl<const D: usize> Ahead<D> {
     // λ ← Φᵀ λ,   Λ ← Φᵀ Λ Φ
     fn turn_back(&mut self, step: &Step<D>) {
         self.pull = step.turned.map(|column| dot(&column, &self.pull));
+        let Some(information) = &mut self.information else { return };
         let rows = std::array::from_fn(|i| step.turned.map(|column| column[i]));
-        self.information = forward(&Step { turned: rows, ..Step::still() }, &self.information);
+        *information = forward(&Step { turned: rows, ..Step::still() }, information);
     }
+}
+
+// Λ v
+fn image<const D: usize>(information: &Matrix<D>, v: &[f64; D]) -> [f64; D] {
+    let mut image = [0.0; D];
+    for (row, v) in information.iter().zip(v) {
+        add(&mut image, *v, row);
+    }
+    image
 }
 
 fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
