@@ -2,8 +2,8 @@
 
 use clap::Args;
 use sinew_effects::CATALOGUE;
-use sinew_identify::{CandidateReport, Diagnosis, diagnose};
-use sinew_report::{number, verdict_in_words};
+use sinew_identify::{CandidateReport, Diagnosis, Verdict, diagnose};
+use sinew_report::{number, quantity, verdict_in_words};
 
 use crate::console::Console;
 use crate::error::CliError;
@@ -32,6 +32,9 @@ impl Diagnose {
 /// The verdict in words first, then the evidence.
 pub(crate) fn text(diagnosis: &Diagnosis, explain: bool) -> String {
     let mut out = format!("{}\n", verdict_in_words(diagnosis));
+    if matches!(diagnosis.verdict, Verdict::Unexplained | Verdict::PartlyExplained) {
+        out += "The findings say where the rest is; `sinew report` draws it along time, position and velocity.\n";
+    }
     if !diagnosis.candidates.is_empty() {
         let header = ["joint", "effect", ">probability", ">explains", "rival"];
         out += &format!("\n{}\n", table(&header, diagnosis.candidates.iter().map(candidate)));
@@ -56,21 +59,22 @@ fn limits(diagnosis: &Diagnosis) -> Vec<String> {
     let line = |place: &&str| {
         let own = diagnosis.limits.iter().filter(|l| l.place == **place);
         let each: Vec<String> =
-            own.map(|l| format!("{} from {} {}", l.effect, number(l.smallest), l.unit)).collect();
+            own.map(|l| format!("{} from {}", l.effect, quantity(l.smallest, &l.unit))).collect();
         format!("{place}: {}", each.join(", "))
     };
     places.iter().map(line).collect()
 }
 
 /// Every refused candidate with the gate that refused it, or how many there are.
-pub(crate) fn refusals(diagnosis: &Diagnosis, explain: bool) -> String {
+fn refusals(diagnosis: &Diagnosis, explain: bool) -> String {
     let refused = &diagnosis.refusals;
     let mut out = String::new();
     if explain {
         let line = |r: &sinew_identify::Refusal| format!("step {}: {}: {}", r.step, r.candidate, r.reason);
         section(&mut out, "refused", &refused.iter().map(line).collect::<Vec<_>>());
     } else if !refused.is_empty() {
-        out += &format!("{} candidates were refused; --explain says why\n", refused.len());
+        let were = if refused.len() == 1 { "candidate was" } else { "candidates were" };
+        out += &format!("{} {were} refused; --explain says why\n", refused.len());
     }
     out
 }

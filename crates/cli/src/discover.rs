@@ -4,14 +4,12 @@ use clap::Args;
 use sinew_data::RunSpec;
 use sinew_effects::CATALOGUE;
 use sinew_identify::discover;
-use sinew_report::verdict_in_words;
 
 use crate::console::Console;
-use crate::diagnose::refusals;
 use crate::error::CliError;
-use crate::fit;
 use crate::inputs::Inputs;
 use crate::output_file::{OutputFile, write};
+use crate::{diagnose, fit};
 
 /// Arguments of `sinew discover`.
 #[derive(Debug, Args)]
@@ -38,13 +36,8 @@ impl Discover {
         write(&file.sidecar, &found.specs, &path)?;
         console.say(&format!("{}: written", path.display()));
         console.answer(&found, || {
-            let ladder = fit::ladder(&found.steps);
-            let refusals = refusals(&found.diagnosis, self.explain);
-            format!(
-                "{ladder}\n\n{}\n\nscope: {}\n{refusals}",
-                verdict_in_words(&found.diagnosis),
-                found.diagnosis.scope
-            )
+            let evidence = diagnose::text(&found.diagnosis, self.explain);
+            format!("{evidence}\n{}", fit::text(&found))
         })
     }
 }

@@ -58,6 +58,25 @@ pub(crate) fn effect(argument: &str, robot: &Robot) -> Result<EffectSpec, CliErr
     Ok(spec)
 }
 
+/// The effects that these name, none of which the robot has or is named twice.
+///
+/// # Errors
+/// As of [`effect`], and if there is one already.
+pub(crate) fn new_effects(arguments: &[String], robot: &Robot) -> Result<Vec<EffectSpec>, CliError> {
+    let stated = robot.all_effects();
+    let mut new: Vec<EffectSpec> = Vec::new();
+    for argument in arguments {
+        let spec = effect(argument, robot)?;
+        if stated.iter().chain(&new).any(|e| e.is_same_as(&spec)) {
+            let what = "the robot has this effect already".to_owned();
+            let help = "leave it out: `sinew fit` estimates the parameters of all that the robot has";
+            return Err(CliError::usage(argument, what, help));
+        }
+        new.push(spec);
+    }
+    Ok(new)
+}
+
 /// Writes the start value of every parameter that the effect does not state: strengths 0, shapes their usual value.
 ///
 /// A spring cannot be written at strength zero, which is K = ∞; it starts with its motor-held resonance in the middle

@@ -7,7 +7,7 @@ use sinew_identify::{ParameterReport, StepReport, fit};
 use sinew_report::{number, quantity, with_std};
 
 use crate::console::Console;
-use crate::effect_argument::effect;
+use crate::effect_argument::new_effects;
 use crate::error::CliError;
 use crate::inputs::Inputs;
 use crate::output_file::{OutputFile, write};
@@ -33,7 +33,7 @@ impl Fit {
         let (file, runs) = self.inputs.read(console)?;
         let path = self.output.path(&file)?;
         let check = self.inputs.columns.read(&self.check)?;
-        let add = self.add.iter().map(|a| effect(a, &file.robot)).collect::<Result<Vec<_>, _>>()?;
+        let add = new_effects(&self.add, &file.robot)?;
         console.say("fitting …");
         let fit = fit(&file.robot, &CATALOGUE, &runs, &check, &add, &self.inputs.options())?;
         write(&file.sidecar, &fit.specs, &path)?;

@@ -15,7 +15,7 @@ pub fn number(value: f64) -> String {
     significant(value, 3)
 }
 
-/// A value with its unit; small angles and lengths in mrad, µrad, mm, µm.
+/// A value with its unit, none if that is "–"; small angles and lengths in mrad, µrad, mm, µm.
 ///
 /// # Example
 /// ```
@@ -23,10 +23,11 @@ pub fn number(value: f64) -> String {
 /// assert_eq!(quantity(0.00031, "rad"), "0.31 mrad");
 /// assert_eq!(quantity(2.5e-6, "m"), "2.5 µm");
 /// assert_eq!(quantity(4.1, "N·m"), "4.1 N·m");
+/// assert_eq!(quantity(0.02, "–"), "0.02");
 /// ```
 pub fn quantity(value: f64, unit: &str) -> String {
     let (factor, prefix) = prefix(value, unit);
-    format!("{} {prefix}{unit}", number(value * factor)).trim_end().to_owned()
+    with_unit(&number(value * factor), prefix, unit)
 }
 
 /// A value with its standard deviation, which gets two digits, and their unit.
@@ -48,7 +49,12 @@ pub fn with_std(value: f64, std: f64, unit: &str) -> String {
     } else {
         format!("{} ± {}", number(value), significant(std, 2))
     };
-    format!("{text} {prefix}{unit}").trim_end().to_owned()
+    with_unit(&text, prefix, unit)
+}
+
+// Effects give shares the unit "–".
+fn with_unit(value: &str, prefix: &str, unit: &str) -> String {
+    if unit.is_empty() || unit == "–" { value.to_owned() } else { format!("{value} {prefix}{unit}") }
 }
 
 /// The factor and the letter with which values near `value` are written.
