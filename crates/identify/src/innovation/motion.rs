@@ -117,13 +117,13 @@ impl Even {
             theta_noise: vec![0.0; nv],
             alike: Vec::new(),
             theta_alike: vec![Alike::default(); nv],
-            asks_speed_noise: scales.coarse && sensors.few_move(),
+            asks_speed_noise: scales.coarse && sensors.show_rest(),
             left_out: run.left_out.clone(),
             temperature: Vec::new(),
             start: vec![None; nv],
             time,
         };
-        let alike = |x: &[f64], noise| if sensors.few_move() { alike(x, noise) } else { Alike::default() };
+        let alike = |x: &[f64], noise| if sensors.show_rest() { alike(x, noise) } else { Alike::default() };
         let mut motion = Motion {
             theta: vec![still.clone(); nv],
             thetad: vec![still; nv],
