@@ -186,7 +186,7 @@ pub(crate) fn about_base(
         Start::Reference
     });
     form.renew(&plant, &p, from);
-    Ok(Some(form))
+    Ok(Some(if prepared.sensors.few_move() { form.sure() } else { form }))
 }
 
 // True if the torque noise of a joint is larger than what was logged of its torque.

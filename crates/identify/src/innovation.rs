@@ -75,6 +75,8 @@ const SETTLED_NOISE: f64 = 0.15;
 // Shares of the way that are tried, each half of the one before, and what −2 log likelihood may rise by a sample.
 const TRIES: usize = 3;
 const WORSE: f64 = 0.01;
+// Standard deviations of a velocity from rest within which it may be rest.
+const UNSURE: f64 = 6.0;
 
 impl Innovation {
     /// Why runs with these sensors have no such residual; none if they have one.
@@ -110,10 +112,26 @@ impl Innovation {
             runs.iter().map(|run| Even::new(robot, run, sensors, scales)).unzip();
         let records: Vec<Record> =
             runs.iter().zip(&motions).map(|(run, motion)| run.record(motion, 0.0)).collect();
-        let layout = Layout::of(&records, &channels, TRANSIENT);
+        let layout = Layout::of(&records, &channels, TRANSIENT, |_, _| 0.0);
         let reference = Reference { records, ..Reference::default() };
         let reference = RwLock::new(Arc::new(reference));
         Some(Self { channels, joints, runs, layout, smooth: motions, reference })
+    }
+
+    /// The same with the present reference's velocities known as well as its noise lets them: where a motor may rest or
+    /// not, friction is no row of a linear filter, unless it is told how uncertain velocities are.
+    pub fn sure(mut self) -> Self {
+        let reference = self.present();
+        let noise = self.own_noise(&reference.torque_noise);
+        let of_run = |(run, record): (&Even, &Record)| {
+            if run.asks_speed_noise { Vec::new() } else { speed_noise(record, &noise) }
+        };
+        let speed_noise: Vec<Vec<f64>> = self.runs.par_iter().zip(&reference.records).map(of_run).collect();
+        self.layout = Layout::of(&reference.records, &self.channels, TRANSIENT, |run, dof| {
+            let joint = self.joints.iter().position(|j| j.dof == dof);
+            joint.and_then(|joint| speed_noise[run].get(joint)).map_or(0.0, |std| UNSURE * std)
+        });
+        self
     }
 
     /// Begins with the kernel's motion of every run, torques taken so, and torque noise that is known.
@@ -453,6 +471,14 @@ impl<'a> Pass<'a> {
         let (records, smooth) = records.into_iter().unzip();
         (records, smooth, measured.concat())
     }
+}
+
+// How uncertain the velocity of every joint that moves is along a run with frozen filters, under torque noise of this size.
+fn speed_noise(record: &Record, noise: &[f64]) -> Vec<f64> {
+    let Reduction::Innovations(rows) = &record.reduction else { return Vec::new() };
+    let Filters { system, groups, .. } = &rows.filters;
+    let of = |group: &Range<usize>| Kalman { system, group: group.clone(), noise }.speed_noise();
+    groups.iter().flat_map(|(group, _)| of(group)).collect()
 }
 
 // Measured minus predicted of a joint along a run. Of the torque what acts: what a drive delays is not in the motion yet,

@@ -112,6 +112,8 @@ pub(crate) struct Layout {
 const FOLDS: usize = 8;
 // Seconds of a block.
 const BLOCK: f64 = 1.0;
+// Share of the top speed below which, at most, a velocity may be taken for rest because it is not known well.
+const MOST_UNSURE: f64 = 0.03;
 // Rows in which the joint rests for more than this share of the kernel say nothing about friction.
 const REST_SHARE: f64 = 0.3;
 
@@ -119,8 +121,13 @@ const REST_SHARE: f64 = 0.3;
 const MUCH: f64 = 4.0;
 
 impl Layout {
-    /// The rows of these records from `start` s on.
-    pub fn of(records: &[Record], channels: &[Channel], start: f64) -> Self {
+    /// The rows of these records from `start` s on; `unsure`: the speed up to which a degree of freedom may rest in a run.
+    pub fn of(
+        records: &[Record],
+        channels: &[Channel],
+        start: f64,
+        unsure: impl Fn(usize, usize) -> f64,
+    ) -> Self {
         let mut layout = Self {
             channels: channels.to_vec(),
             segments: Vec::new(),
@@ -137,7 +144,7 @@ impl Layout {
             let mut rows = 0;
             for (c, channel) in channels.iter().enumerate() {
                 let reversal = reversal_weight(record, channel.dof);
-                let rest = rest_share(record, channel.dof);
+                let rest = rest_share(record, channel.dof, unsure(r, channel.dof));
                 rows = reversal.len();
                 layout.segments.push(Segment { record: r, channel: c, first: layout.len, len: rows });
                 layout.len += rows;
@@ -186,9 +193,9 @@ fn reversal_weight(record: &Record, dof: usize) -> Vec<f64> {
     record.rows(&series)
 }
 
-fn rest_share(record: &Record, dof: usize) -> Vec<f64> {
+fn rest_share(record: &Record, dof: usize, unsure: f64) -> Vec<f64> {
     let top = record.thetad[dof].iter().fold(0.0f64, |m, v| m.max(v.abs()));
-    let threshold = (3.0 * velocity_noise(record, dof)).max(1e-3 * top);
+    let threshold = (3.0 * velocity_noise(record, dof)).max(1e-3 * top).max(unsure.min(MOST_UNSURE * top));
     let resting: Vec<f64> =
         record.thetad[dof].iter().map(|v| if v.abs() < threshold { 1.0 } else { 0.0 }).collect();
     record.rows(&resting)
@@ -334,7 +341,7 @@ impl<'a> Imposed<'a> {
     /// The rows of these records, with the start left out where a spring may be simulated.
     pub fn new(records: &'a [Record], channels: &[Channel], nv: usize) -> Self {
         let fast = records.iter().all(|r| r.scales.step() <= SPRING_STEP);
-        let layout = Layout::of(records, channels, if fast { TRANSIENT } else { 0.0 });
+        let layout = Layout::of(records, channels, if fast { TRANSIENT } else { 0.0 }, |_, _| 0.0);
         let measured = records.iter().flat_map(|r| r.measured.iter().flat_map(|s| r.rows(s))).collect();
         Self { records, layout, measured, nv }
     }

@@ -154,14 +154,38 @@ impl Kalman<'_> {
         let sensors = self.system.sensor_count(self.group.clone());
         let mut gains = Gains { states: D, each: S, sensors, numbers: Vec::new() };
         gains.numbers.reserve_exact(self.system.len() * sensors * (D + 1));
+        self.follow::<D, S>(|gain| gains.push(&gain), |_, _, _| {});
+        gains
+    }
+
+    /// How uncertain the velocity of each motor of the group is along the run once it has begun, by its standard deviation.
+    pub fn speed_noise(&self) -> Vec<f64> {
+        by_size!(self, speed_noise_of())
+    }
+
+    fn speed_noise_of<const D: usize, const S: usize>(&self) -> Vec<f64> {
+        let begun = self.system.led.min(self.system.len() / 2);
+        let mut squares = vec![0.0; self.group.len()];
+        let add =
+            |k: usize, joint: usize, variance: f64| squares[joint] += if k < begun { 0.0 } else { variance };
+        self.follow::<D, S>(|_| {}, add);
+        squares.into_iter().map(|sum| (sum / (self.system.len() - begun).max(1) as f64).sqrt()).collect()
+    }
+
+    // The gains of every sensor, and after those of a sample the variance of the velocity of every motor.
+    fn follow<const D: usize, const S: usize>(
+        &self,
+        mut gain: impl FnMut(Gain<D>),
+        mut variance: impl FnMut(usize, usize, f64),
+    ) {
         let mut p = self.start::<D, S>();
         for k in 0..self.system.len() {
             for (i, joint) in self.joints().iter().enumerate() {
-                joint.sensors(k).for_each(|s| gains.push(&update::<D, S>(&mut p, i, s.shown, s.variance)));
+                joint.sensors(k).for_each(|s| gain(update::<D, S>(&mut p, i, s.shown, s.variance)));
             }
+            (0..self.group.len()).for_each(|i| variance(k, i, p[S * i + 1][S * i + 1]));
             p = forward(&self.step::<D, S>(k), &p);
         }
-        gains
     }
 
     /// −2 log likelihood of the first `samples` about the reference, told joint by joint and sample by sample.
