@@ -5,21 +5,28 @@ use sinew_identify::{Accepted, CandidateReport, Diagnosis, Verdict};
 /// The verdict of a diagnosis in one or two sentences.
 pub fn verdict_in_words(diagnosis: &Diagnosis) -> String {
     let named = named(diagnosis);
+    let said = |one: &'static str, several: &'static str| {
+        if diagnosis.accepted.len() > 1 { several } else { one }
+    };
     match diagnosis.verdict {
         Verdict::Adequate => {
             "Adequate: with its parameters, offsets and clocks fitted within their tolerances no effect of the catalogue \
                               would improve this model on these data, and nothing predictable is left in its error."
                 .to_owned()
         }
-        Verdict::Missing => format!("Missing: {named}. With it nothing predictable is left."),
+        Verdict::Missing => {
+            format!("Missing: {named}. With {} nothing predictable is left.", said("it", "them"))
+        }
         Verdict::PartlyExplained if diagnosis.accepted.is_empty() => {
             "Explained in part: what the catalogue offers leaves something predictable behind.".to_owned()
         }
         Verdict::PartlyExplained => {
-            format!("Explained in part: {named} improves the model, but something predictable is left.")
+            let improve = said("improves", "improve");
+            format!("Explained in part: {named} {improve} the model, but something predictable is left.")
         }
         Verdict::Unexplained if !diagnosis.accepted.is_empty() => {
-            format!("Unexplained: {named} explains a part of the error, and leaves too much to be the cause.")
+            let explain = said("explains", "explain");
+            format!("Unexplained: {named} {explain} a part of the error, and too much is left for that to be the cause.")
         }
         Verdict::Unexplained => {
             "Unexplained: the error has structure that no effect of the catalogue explains.".to_owned()
