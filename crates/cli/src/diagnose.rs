@@ -33,7 +33,7 @@ impl Diagnose {
 pub(crate) fn text(diagnosis: &Diagnosis, explain: bool) -> String {
     let mut out = format!("{}\n", verdict_in_words(diagnosis));
     if matches!(diagnosis.verdict, Verdict::Unexplained | Verdict::PartlyExplained) {
-        out += "The findings say where the rest is; `sinew report` draws it along time, position and velocity.\n";
+        out += "`sinew report` draws what is left along time, position and velocity.\n";
     }
     if !diagnosis.candidates.is_empty() {
         let header = ["joint", "effect", ">probability", ">explains", "rival"];

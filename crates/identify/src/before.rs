@@ -118,9 +118,8 @@ fn strangers(robot: &Robot, runs: &[Run]) -> Option<Finding> {
 // Joints that move and of which nothing shows what the model says of them.
 fn uncompared(robot: &Robot, sensors: &Sensors) -> Option<Finding> {
     let is_compared = |dof: usize| sensors.channels.iter().any(|c| c.dof == dof);
-    let moving = (0..robot.model.nv).filter(|&dof| sensors.imposed[dof].is_some());
-    let names: Vec<&str> =
-        moving.filter(|&dof| !is_compared(dof)).map(|dof| robot.model.dof_name(dof)).collect();
+    let hidden = sensors.moving().filter(|&dof| !is_compared(dof));
+    let names: Vec<&str> = hidden.map(|dof| robot.model.dof_name(dof)).collect();
     let statement = format!(
         "nothing of {} is compared, since not every run has a torque of it: what is missing there does not show",
         listed(&names)

@@ -155,8 +155,10 @@ fn moves_like(part: &Prepared, whole: &Prepared) -> bool {
         std(&series.copied().collect::<Vec<f64>>())
     };
     let is_alike = |of, dof| spread(part, of, dof) >= LIKE_WHOLE * spread(whole, of, dof);
-    let mut moving = (0..whole.sensors.imposed.len()).filter(|&dof| whole.sensors.imposed[dof].is_some());
-    moving.all(|dof| is_alike(|record| &record.thetad, dof) && is_alike(|record| &record.theta, dof))
+    whole
+        .sensors
+        .moving()
+        .all(|dof| is_alike(|record| &record.thetad, dof) && is_alike(|record| &record.theta, dof))
 }
 
 #[cfg(test)]

@@ -82,13 +82,12 @@ impl Innovation {
     /// Why runs with these sensors have no such residual; none if they have one.
     pub fn impossible(robot: &Robot, sensors: &Sensors) -> Option<&'static str> {
         let has = |channel| sensors.channels.contains(&channel);
-        let moving = || (0..sensors.imposed.len()).filter(|&dof| sensors.imposed[dof].is_some());
         let is_rigid = |c: &Channel| robot.joints[c.dof].stiffness.is_none();
         if sensors.channels.iter().any(|c| c.sensor == Sensor::JointTorque && is_rigid(c)) {
             Some("the log has torques of joints without springs")
-        } else if !moving().all(|dof| has(Channel { sensor: Sensor::MotorTorque, dof })) {
+        } else if !sensors.moving().all(|dof| has(Channel { sensor: Sensor::MotorTorque, dof })) {
             Some("not every joint that moves has a motor torque")
-        } else if moving().count() > MOST_JOINTS {
+        } else if sensors.moving().count() > MOST_JOINTS {
             Some("more joints move than are coupled")
         } else {
             None

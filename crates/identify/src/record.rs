@@ -174,25 +174,25 @@ impl Sensors {
         Ok(Self { channels, imposed })
     }
 
-    /// Joints of which a position is imposed.
-    pub fn moving(&self) -> usize {
-        self.imposed.iter().flatten().count()
+    /// Degrees of freedom of which a position is imposed.
+    pub fn moving(&self) -> impl Iterator<Item = usize> {
+        (0..self.imposed.len()).filter(|&dof| self.imposed[dof].is_some())
     }
 
     /// True if so few joints move that rows near rest are chosen about a reference: on six a search takes three times as long.
     pub fn few_move(&self) -> bool {
-        self.moving() <= FEW_JOINTS
+        self.moving().count() <= FEW_JOINTS
     }
 
     /// True if rest can be looked at closely: few joints move, or encoders show all their links. From the motor's side a
     /// light wrist's link is where a model says that it swings after each stop, and what is wrong with that looks like friction.
     pub fn show_rest(&self) -> bool {
         let has_link = |dof| self.channels.contains(&Channel { sensor: Sensor::JointPosition, dof });
-        let moving = || (0..self.imposed.len()).filter(|&dof| self.imposed[dof].is_some());
-        self.few_move() || moving().all(has_link)
+        self.few_move() || self.moving().all(has_link)
     }
 }
 
+// Most joints that are few.
 const FEW_JOINTS: usize = 3;
 
 /// True if every run has this quantity of this joint.

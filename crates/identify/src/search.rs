@@ -380,7 +380,7 @@ impl<'a> Search<'a> {
                 self.refuse(&trials[k], step, reason);
             }
         }
-        let list = short_list(trials, scores, self.sensors.moving());
+        let list = short_list(trials, scores, self.sensors.moving().count());
         let base = Base { fitted: &state.fitted, whitener: &state.whitener, added: &state.added() };
         let problem = Problem { slopes: state.slopes, ..*self.problem };
         let refitted = |list: &[usize], scores: &[Option<Score>], start: Option<&Fitted>, leader: f64| {

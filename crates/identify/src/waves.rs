@@ -27,8 +27,7 @@ type Pairs = Vec<[Vec<f64>; 2]>;
 impl Waves {
     /// The waves of every joint that moves far enough.
     pub fn of(records: &[Record], sensors: &Sensors) -> Vec<Self> {
-        let imposed = (0..sensors.imposed.len()).filter(|&dof| sensors.imposed[dof].is_some());
-        imposed.filter_map(|dof| Self::of_joint(records, sensors, dof)).collect()
+        sensors.moving().filter_map(|dof| Self::of_joint(records, sensors, dof)).collect()
     }
 
     fn of_joint(records: &[Record], sensors: &Sensors, dof: usize) -> Option<Self> {

@@ -105,6 +105,7 @@ impl Even {
         let every = ((ROW / scales.period).round() as usize).max(1);
         let own = Scales { stride: 1, kernel: every / 2, every, held: true, ..scales };
         let time = reach(&grid.times());
+        let shows_rest = sensors.show_rest();
         let still = vec![0.0; time.len()];
         let mut even = Self {
             name: run.name.clone(),
@@ -117,13 +118,13 @@ impl Even {
             theta_noise: vec![0.0; nv],
             alike: Vec::new(),
             theta_alike: vec![Alike::default(); nv],
-            asks_speed_noise: scales.coarse && sensors.show_rest(),
+            asks_speed_noise: scales.coarse && shows_rest,
             left_out: run.left_out.clone(),
             temperature: Vec::new(),
             start: vec![None; nv],
             time,
         };
-        let alike = |x: &[f64], noise| if sensors.show_rest() { alike(x, noise) } else { Alike::default() };
+        let alike = |x: &[f64], noise| if shows_rest { alike(x, noise) } else { Alike::default() };
         let mut motion = Motion {
             theta: vec![still.clone(); nv],
             thetad: vec![still; nv],

@@ -156,7 +156,7 @@ impl Blocks {
 const CLEARLY_LESS: f64 = 0.8;
 // Seconds of a block in which a noise is looked at.
 const NOISE_BLOCK: f64 = 0.25;
-// Samples of all runs that the likelihood of a noise looks at.
+// Samples of all runs that may count in the likelihood of a noise.
 const LIKELIHOOD_SAMPLES: usize = 6000;
 // A sample moves at this share of the top speed. Links whose springs were led are to be as certain again as they ever are:
 // what came before expects more than is there, and would be better off with less noise.
