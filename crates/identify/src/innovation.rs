@@ -12,6 +12,7 @@ mod linearise;
 mod motion;
 mod noise;
 mod rows;
+mod slip;
 mod system;
 
 use std::ops::Range;
@@ -36,6 +37,7 @@ use linearise::{Along, INERTIA_EVERY, along};
 use motion::{Even, Motion, where_holds_meet};
 pub(crate) use rows::Innovations;
 use rows::{JointChannels, deviation_readings, read_late};
+use slip::slip;
 use system::{Linear, MOST_JOINTS, Readings, System};
 
 /// What the rows of an innovation residual are formed about: reference motions with their frozen filters.
@@ -69,9 +71,10 @@ pub(crate) struct Innovation {
     reference: RwLock<Arc<Reference>>,
 }
 
-// Most rounds of noise and smoothing, and the change of ln noise below which they end.
+// Most rounds of noise and smoothing; the change of ln noise, and the fall of −2 log likelihood, below which they end.
 const ROUNDS: usize = 5;
 const SETTLED_NOISE: f64 = 0.15;
+const SETTLED_MISFIT: f64 = 10.0;
 // Shares of the way that are tried, each half of the one before, and what −2 log likelihood may rise by a sample.
 const TRIES: usize = 3;
 const WORSE: f64 = 0.01;
@@ -198,12 +201,12 @@ impl Innovation {
             let found = pass.torque_noise(noise.as_deref());
             let smoothed = pass.smoothed(&found);
             let next = if from == Start::Kernel && round == 0 { pass.held(smoothed) } else { smoothed };
-            let (next, is_better) = pass.bettered(next, &found, about);
+            let (next, fall) = pass.bettered(next, &found, about);
             pass = next;
             let alike = |(a, b): (&f64, &f64)| (a / b).ln().abs() < SETTLED_NOISE;
             let settled = noise.as_ref().is_some_and(|n| n.iter().zip(&found).all(alike));
             noise = Some(found);
-            if settled || !is_better {
+            if fall.is_none_or(|fall| settled && fall < SETTLED_MISFIT) {
                 break;
             }
         }
@@ -329,31 +332,33 @@ impl<'a> Pass<'a> {
         motions
     }
 
-    // The pass along the motions asked for, and true. Friction near rest bends within less than a smoother's correction,
-    // which may then lead further off than it came from: where a run fits worse, half of the way is tried; if one still does,
-    // this pass and false. A pass of a long log is large, so one at a time is kept.
+    // The pass along the motions asked for, and by how much −2 log likelihood falls. Friction near rest bends within less than a
+    // smoother's correction, which may then lead further off than it came from: where a run fits worse, half of the way is
+    // tried; if one still does, this pass and none. A pass of a long log is large, so one at a time is kept.
     fn bettered(
         self,
         mut motions: Vec<Motion>,
         noise: &[f64],
         about: impl Fn(Vec<Motion>) -> Self,
-    ) -> (Self, bool) {
+    ) -> (Self, Option<f64>) {
         let before = self.misfits(noise);
         let lengths: Vec<f64> = self.records.iter().map(|record| record.len() as f64).collect();
         let present = self.into_motions();
         for _ in 0..TRIES {
             let next = about(motions.clone());
-            let worse: Vec<bool> = (next.misfits(noise).iter().zip(&before).zip(&lengths))
+            let after = next.misfits(noise);
+            let worse: Vec<bool> = (after.iter().zip(&before).zip(&lengths))
                 .map(|((after, before), length)| *after > before + WORSE * length)
                 .collect();
             if !worse.contains(&true) {
-                return (next, true);
+                let fall = before.iter().sum::<f64>() - after.iter().sum::<f64>();
+                return (next, Some(fall));
             }
             for ((to, from), _) in motions.iter_mut().zip(&present).zip(&worse).filter(|(_, worse)| **worse) {
                 to.halve(from);
             }
         }
-        (about(present), false)
+        (about(present), None)
     }
 
     fn into_motions(self) -> Vec<Motion> {
@@ -489,7 +494,8 @@ fn inputs(run: &Even, motion: &Motion, early: f64, along: &Along, joint: JointCh
     };
     let (late, torque) = (along.late[joint.dof], joint.torque);
     let drive = &along.drives[joint.dof];
-    let delivered = if drive.lag == 0.0 && drive.delay == 0.0 && early == 0.0 {
+    let is_held = drive.lag == 0.0 && drive.delay == 0.0 && early == 0.0;
+    let delivered = if is_held {
         run.torque[torque].clone()
     } else {
         delivered(&run.torque[torque], &run.smoothed(&acting[torque]), drive, early, run.scales.step())
@@ -499,7 +505,8 @@ fn inputs(run: &Even, motion: &Motion, early: f64, along: &Along, joint: JointCh
             let [motor, link, gear] = deviation_readings(run, motion, joint, late, k);
             let (link, gear) = (link - told(joint.position, late[0], k), gear - told(joint.gear, late[1], k));
             let torque = delivered[k] - along.hold_means[joint.dof][k] - acting[torque][k];
-            (torque, [motor, link, gear])
+            let slip = slip(motion, along, joint.dof, k, run.scales.period, is_held);
+            Input { torque, slip, read: [motor, link, gear] }
         })
         .collect()
 }

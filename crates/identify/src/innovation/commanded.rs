@@ -71,7 +71,7 @@ impl Pass<'_> {
         let mut answers = vec![Vec::with_capacity(system.len()); shares.len()];
         for k in 0..system.len() {
             for (joint, [motor, _]) in torques.iter_mut().enumerate() {
-                *motor = [shares[joint] * self.input(run, joint, k).0];
+                *motor = [shares[joint] * self.input(run, joint, k).torque];
             }
             system.advance(0..shares.len(), k, |joint| &torques[joint], &x, &mut next);
             for (answer, (next, x)) in answers.iter_mut().zip(next.iter().zip(&x)) {
@@ -105,7 +105,7 @@ impl Pass<'_> {
         let means = |holds: Range<usize>| {
             let mean = |of: &dyn Fn(usize) -> f64| holds.clone().map(of).sum::<f64>() / every as f64;
             let moves = speed[holds.clone()].iter().all(|v| v.abs() > slow);
-            moves.then(|| [mean(&|k| torque[k]), mean(&|k| self.input(run, joint, k).0)])
+            moves.then(|| [mean(&|k| torque[k]), mean(&|k| self.input(run, joint, k).torque)])
         };
         let rows = self.systems[run].len() / every;
         let means: Vec<Option<[f64; 2]>> =

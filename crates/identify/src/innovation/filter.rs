@@ -182,9 +182,13 @@ fn take<const W: usize>(e: &mut [f64; W], shown: Shown, x: &[[f64; W]; 4]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::kalman::Kalman;
+    use super::super::kalman::{Input, Kalman};
     use super::super::system::{Linear, Readings};
     use super::*;
+
+    fn shown(read: [f64; SENSORS]) -> Input {
+        Input { torque: 0.0, slip: 0.0, read }
+    }
 
     // A rigid joint of inertia 2 whose velocity decays with 0.5 1/s.
     fn system(samples: usize) -> System {
@@ -252,7 +256,7 @@ mod tests {
             let mut sum = 0.0;
             kalman.misfit(
                 8000,
-                |_, k| (0.0, [read[k], 0.0, 0.0]),
+                |_, k| shown([read[k], 0.0, 0.0]),
                 |_, k, x| sum += if k > 500 { x } else { 0.0 },
             );
             sum
@@ -270,8 +274,8 @@ mod tests {
         let smoothed = |system: &System, input: &dyn Fn(usize) -> [f64; 3]| {
             let kalman = Kalman { system, group: 0..1, noise: &[1.0] };
             let mut misfit = 0.0;
-            kalman.misfit(2000, |_, k| (0.0, input(k)), |_, _, x| misfit += x);
-            (kalman.smoothed(false, |_, k| (0.0, input(k))), misfit)
+            kalman.misfit(2000, |_, k| shown(input(k)), |_, _, x| misfit += x);
+            (kalman.smoothed(false, |_, k| shown(input(k))), misfit)
         };
         let (position, alone) = smoothed(&one, &|k| [read[k], 0.0, 0.0]);
         let (both, together) = smoothed(&two, &|k| [read[k], 0.0, 1e4 * read[k]]);
@@ -293,7 +297,7 @@ mod tests {
         let system = system(4000);
         let (read, truth) = readings(&system);
         let kalman = Kalman { system: &system, group: 0..1, noise: &[1.0] };
-        let smooth = kalman.smoothed(true, |_, k| (0.0, [read[k], 0.0, 0.0]));
+        let smooth = kalman.smoothed(true, |_, k| shown([read[k], 0.0, 0.0]));
         let rms = |x: &dyn Fn(usize) -> f64, state: usize| {
             ((500..3500).map(|k| (x(k) - truth[k][state]).powi(2)).sum::<f64>() / 3000.0).sqrt()
         };
@@ -316,7 +320,7 @@ mod tests {
             readings.alike[0] = alike.into();
             let system = system_of(1000, readings);
             let kalman = Kalman { system: &system, group: 0..1, noise: &[0.1] };
-            kalman.smoothed(true, |_, _| (0.0, [0.0; 3]))[0][500].speed_noise.expect("asked for")
+            kalman.smoothed(true, |_, _| shown([0.0; 3]))[0][500].speed_noise.expect("asked for")
         };
         // Of white noise of fifty times the density: 50^⅛.
         let ratio = uncertain(vec![50.0; 1000]) / uncertain(Vec::new());

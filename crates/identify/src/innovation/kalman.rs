@@ -56,8 +56,16 @@ impl Gains {
     }
 }
 
-/// Inputs of one sample: torque of the hold that follows, what the sensors show.
-pub(super) type Input = (f64, [f64; SENSORS]);
+/// Inputs of one sample.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Input {
+    /// Torque of the hold that follows.
+    pub torque: f64,
+    /// By how much farther the motor moves in that hold than between the positions of the reference.
+    pub slip: f64,
+    /// What the sensors show.
+    pub read: [f64; SENSORS],
+}
 
 // Standard deviation of the deviation at the start: position, velocity.
 const START: [f64; 2] = [1e-3, 0.1];
@@ -211,7 +219,7 @@ impl Kalman<'_> {
             });
             let step = self.step::<D, S>(k);
             p = forward(&step, &p);
-            x = self.predict(&step, k, &x, input);
+            x = self.predict::<D, S>(&step, k, &x, input);
         }
     }
 
@@ -244,10 +252,10 @@ impl Kalman<'_> {
         mut told: impl FnMut(Read<D>),
     ) {
         for (i, joint) in self.joints().iter().enumerate() {
-            let (_, y) = input(self.group.start + i, k);
+            let read = input(self.group.start + i, k).read;
             for sensor in joint.sensors(k) {
                 let gain = update::<D, S>(p, i, sensor.shown, sensor.variance);
-                let e = y[sensor.which] - sensor.shown.of(&x[S * i..S * (i + 1)]);
+                let e = read[sensor.which] - sensor.shown.of(&x[S * i..S * (i + 1)]);
                 told(Read { joint: i, shown: sensor.shown, gain, e });
                 for (x, column) in x.iter_mut().zip(gain.column) {
                     *x += column * e;
@@ -257,7 +265,7 @@ impl Kalman<'_> {
     }
 
     // Φ x̃ + g δτ
-    fn predict<const D: usize>(
+    fn predict<const D: usize, const S: usize>(
         &self,
         step: &Step<D>,
         k: usize,
@@ -269,7 +277,9 @@ impl Kalman<'_> {
             add(&mut next, *x, column);
         }
         for (i, joint) in self.group.clone().enumerate() {
-            add(&mut next, input(joint, k).0, &step.pushes[2 * i]);
+            let input = input(joint, k);
+            add(&mut next, input.torque, &step.pushes[2 * i]);
+            next[S * i] += input.slip;
         }
         next
     }
@@ -399,6 +409,21 @@ mod tests {
                 assert!((own - all).abs() <= 1e-6 * all.abs(), "{own} {all}");
             }
             assert_eq!([&all[2..4], &all[6..8]].concat(), [0.0; 4]);
+        }
+    }
+
+    // Behind an encoder that tells nothing, what a motor slips adds up.
+    #[test]
+    fn slip_moves_the_motor() {
+        let mut linear = Linear { motor: [0.0, 1.0, 0.0, 0.0], ..Linear::default() };
+        linear.a[0][1] = 1.0;
+        let readings = Readings { motor: 1e12, ..Readings::default() };
+        let system = System::new(vec![readings], &[&[linear; 10]], &[vec![1.0]], 10, 1e-3);
+        let kalman = Kalman { system: &system, group: 0..1, noise: &[1e-9] };
+        let input = |_, _| Input { torque: 0.0, slip: 1e-6, read: [0.0; SENSORS] };
+        for (k, smoothed) in kalman.smoothed(false, input)[0].iter().enumerate() {
+            assert!((smoothed.x[0] - 1e-6 * k as f64).abs() < 1e-12, "{k}: {:?}", smoothed.x);
+            assert!(smoothed.x[1].abs() < 1e-12);
         }
     }
 }

@@ -8,6 +8,7 @@ use sinew_effect::Sensor;
 use sinew_model::Robot;
 
 use super::rows::Innovations;
+use super::slip::width_of_decay;
 use super::system::Alike;
 use crate::freedom::Links;
 use crate::record::{Record, Reduction, START, Sensors, channel_signal, noise_of};
@@ -285,16 +286,16 @@ pub(super) fn where_holds_meet(held: &[f64]) -> Vec<f64> {
     (1..held.len()).step_by(2).map(|k| 0.5 * (held[k - 1] + held[k])).collect()
 }
 
-// The width of the velocities of a motor in each hold, evenly spread: from end to end where they change evenly; where
-// friction near rest takes it to its final velocity at once, the mean is that of one end and the change is over before
-// it counts. A velocity that is not known has a width, too: friction's mean over all that it may be is not that of their mean.
+// The width of the velocities of a motor in each hold, evenly spread: from end to end where they change evenly, less where
+// friction near rest takes it to its final velocity within the hold. A velocity that is not known has a width, too:
+// friction's mean over all that it may be is not that of their mean.
 //
 // w² = w_hold² + 12 σ²
 fn sweeps(ends: impl Iterator<Item = [f64; 2]>, mean: &[f64], noise: impl Iterator<Item = f64>) -> Vec<f64> {
     let noise = noise.chain(std::iter::repeat(0.0));
     let sweep = |(([from, to], mean), noise): (([f64; 2], &f64), f64)| {
         let (change, off) = (to - from, mean - 0.5 * (from + to));
-        (change.abs() - 2.0 * off.abs()).max(0.0).hypot(12.0f64.sqrt() * noise)
+        width_of_decay(change, off).hypot(12.0f64.sqrt() * noise)
     };
     ends.zip(mean).zip(noise).map(sweep).collect()
 }

@@ -25,7 +25,7 @@ impl Pass<'_> {
             let (mut sum, mut count) = (0.0, 0.0f64);
             for run in runs() {
                 for k in 0..used.min(self.records[run].len()) {
-                    sum += self.input(run, joint, k).0.powi(2);
+                    sum += self.input(run, joint, k).torque.powi(2);
                     count += 1.0;
                 }
             }

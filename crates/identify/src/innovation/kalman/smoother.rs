@@ -47,7 +47,7 @@ impl Kalman<'_> {
             seen.push((x, p));
             let step = self.step::<D, S>(k);
             p = forward(&step, &p);
-            x = self.predict(&step, k, &x, input);
+            x = self.predict::<D, S>(&step, k, &x, input);
         }
         let mut ahead = Ahead { pull: [0.0; D], information: with_speed_noise.then_some([[0.0; D]; D]) };
         let unknown = Smoothed { x: [0.0; 4], speed_noise: None };
