@@ -126,7 +126,7 @@ impl Innovation {
         let reference = self.present();
         let noise = self.own_noise(&reference.torque_noise);
         let of_run = |(run, record): (&Even, &Record)| {
-            if run.asks_speed_noise { Vec::new() } else { speed_noise(record, &noise) }
+            if run.asks_speed_noise() { Vec::new() } else { speed_noise(record, &noise) }
         };
         let speed_noise: Vec<Vec<f64>> = self.runs.par_iter().zip(&reference.records).map(of_run).collect();
         self.layout = Layout::of(&reference.records, &self.channels, TRANSIENT, |run, dof| {
@@ -309,7 +309,7 @@ impl<'a> Pass<'a> {
         let own = self.form.own_noise(noise);
         let shares: Vec<f64> = own.iter().zip(noise).map(|(own, all)| (own / all).powf(0.75)).collect();
         let smoothed = self.of_each_group(noise, |kalman, run| {
-            kalman.smoothed(self.form.runs[run].asks_speed_noise, |joint, k| self.input(run, joint, k))
+            kalman.smoothed(self.form.runs[run].asks_speed_noise(), |joint, k| self.input(run, joint, k))
         });
         let runs = motions.iter_mut().zip(smoothed).zip(&self.systems).zip(&self.form.smooth);
         for (((motion, groups), system), kernel) in runs {

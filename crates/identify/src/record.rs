@@ -183,13 +183,6 @@ impl Sensors {
     pub fn few_move(&self) -> bool {
         self.moving().count() <= FEW_JOINTS
     }
-
-    /// True if rest can be looked at closely: few joints move, or encoders show all their links. From the motor's side a
-    /// light wrist's link is where a model says that it swings after each stop, and what is wrong with that looks like friction.
-    pub fn show_rest(&self) -> bool {
-        let has_link = |dof| self.channels.contains(&Channel { sensor: Sensor::JointPosition, dof });
-        self.few_move() || self.moving().all(has_link)
-    }
 }
 
 // Most joints that are few.

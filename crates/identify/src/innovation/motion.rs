@@ -33,8 +33,6 @@ pub(super) struct Even {
     /// For how long they step alike.
     pub alike: Vec<Alike>,
     pub theta_alike: Vec<Alike>,
-    /// True if friction is told how uncertain velocities are: behind fine encoders it is as sharp as it is without.
-    pub asks_speed_noise: bool,
     // Windows whose rows do not count.
     left_out: Vec<[f64; 2]>,
     // Temperature of each joint, where it was logged.
@@ -89,6 +87,11 @@ const SPRING_STEP: f64 = 0.0005;
 const ROW: f64 = 0.016;
 
 impl Even {
+    /// True if friction is told how uncertain velocities are: behind fine encoders it is as sharp as it is without.
+    pub fn asks_speed_noise(&self) -> bool {
+        self.scales.coarse
+    }
+
     /// A series of the run, smoothed like its motion; at its ends as if it stood still beyond them.
     pub fn smoothed(&self, x: &[f64]) -> Vec<f64> {
         let width = self.scales.smooth;
@@ -106,7 +109,6 @@ impl Even {
         let every = ((ROW / scales.period).round() as usize).max(1);
         let own = Scales { stride: 1, kernel: every / 2, every, held: true, ..scales };
         let time = reach(&grid.times());
-        let shows_rest = sensors.show_rest();
         let still = vec![0.0; time.len()];
         let mut even = Self {
             name: run.name.clone(),
@@ -119,13 +121,11 @@ impl Even {
             theta_noise: vec![0.0; nv],
             alike: Vec::new(),
             theta_alike: vec![Alike::default(); nv],
-            asks_speed_noise: scales.coarse && shows_rest,
             left_out: run.left_out.clone(),
             temperature: Vec::new(),
             start: vec![None; nv],
             time,
         };
-        let alike = |x: &[f64], noise| if shows_rest { alike(x, noise) } else { Alike::default() };
         let mut motion = Motion {
             theta: vec![still.clone(); nv],
             thetad: vec![still; nv],

@@ -8,102 +8,141 @@ use super::Pass;
 use super::kalman::Kalman;
 
 impl Pass<'_> {
-    /// Torque noise of every joint by maximum likelihood on samples that move, one after the other: each is searched
-    /// from above with the others as they are; `before`: what the last pass found.
+    /// Torque noise of every joint by maximum likelihood on samples that move, all of them in turn with the others as they
+    /// are, from above; `before`: what the last pass found.
     pub(super) fn torque_noise(&self, before: Option<&[f64]>) -> Vec<f64> {
         let groups = self.form.groups();
-        let found: Vec<Vec<f64>> = groups.into_par_iter().map(|group| self.noise_of(group, before)).collect();
+        let found: Vec<Vec<f64>> =
+            groups.into_par_iter().map(|group| Likelihood::new(self, group).noise(before)).collect();
         found.concat()
     }
+}
 
-    fn noise_of(&self, group: Range<usize>, before: Option<&[f64]>) -> Vec<f64> {
-        let joints = self.form.joints.len();
-        let used = LIKELIHOOD_SAMPLES / self.records.len();
-        let runs = || 0..self.records.len();
-        let mut noise = vec![0.0; joints];
-        for joint in group.clone() {
-            let (mut sum, mut count) = (0.0, 0.0f64);
-            for run in runs() {
-                for k in 0..used.min(self.records[run].len()) {
-                    sum += self.input(run, joint, k).torque.powi(2);
-                    count += 1.0;
-                }
+// The likelihood of the noise of a group of joints.
+struct Likelihood<'a> {
+    pass: &'a Pass<'a>,
+    group: Range<usize>,
+    // Speeds above which a joint moves, by run.
+    moving: Vec<Vec<f64>>,
+}
+
+impl<'a> Likelihood<'a> {
+    fn new(pass: &'a Pass<'a>, group: Range<usize>) -> Self {
+        let fastest = |run: usize, dof: usize| {
+            MOVING * pass.records[run].thetad[dof].iter().fold(0.0f64, |m, v| m.max(v.abs()))
+        };
+        let of_run = |run| pass.form.joints.iter().map(|joint| fastest(run, joint.dof)).collect();
+        Self { pass, group, moving: (0..pass.records.len()).map(of_run).collect() }
+    }
+
+    // Samples of each run that may count.
+    fn used(&self) -> usize {
+        LIKELIHOOD_SAMPLES / self.pass.records.len()
+    }
+
+    // What the model leaves of the torque of a joint, by its root mean square.
+    fn left(&self, joint: usize) -> f64 {
+        let (mut sum, mut count) = (0.0, 0.0f64);
+        for (run, record) in self.pass.records.iter().enumerate() {
+            for k in 0..self.used().min(record.len()) {
+                sum += self.pass.input(run, joint, k).torque.powi(2);
+                count += 1.0;
             }
-            noise[joint] = (sum / count.max(1.0)).sqrt().max(1e-9);
         }
-        let fastest = |run: usize, joint: usize| {
-            let speed = &self.records[run].thetad[self.form.joints[joint].dof];
-            MOVING * speed.iter().fold(0.0f64, |m, v| m.max(v.abs()))
-        };
-        let moving: Vec<Vec<f64>> =
-            runs().map(|run| (0..joints).map(|joint| fastest(run, joint)).collect()).collect();
-        let blocks = |noise: &[f64]| -> Vec<Blocks> {
-            let mut blocks = vec![Blocks::default(); joints];
-            for run in runs() {
-                let record = &self.records[run];
-                let step = record.scales.step();
-                let settled = self.systems[run].led + (SETTLED / step) as usize;
-                let of_block = ((NOISE_BLOCK / step) as usize).max(1);
-                blocks.iter_mut().for_each(Blocks::begin);
-                let kalman = Kalman { system: &self.systems[run], group: group.clone(), noise };
-                let input = |joint, k| self.input(run, joint, k);
-                kalman.misfit(settled + used, input, |joint, k, value| {
-                    let speed = record.thetad[self.form.joints[joint].dof][k];
-                    if k >= settled && speed.abs() > moving[run][joint] && !record.leaves_out(record.time[k])
-                    {
-                        blocks[joint].add(k / of_block, value);
-                    }
-                });
-            }
-            blocks
-        };
-        let sum = |blocks: &Vec<Blocks>| blocks.iter().map(Blocks::sum).sum::<f64>();
-        let misfit = |noise: &[f64]| sum(&blocks(noise));
-        // With another noise of one joint.
-        let with = |noise: &[f64], joint: usize, x: f64| {
-            let mut tried = noise.to_vec();
-            tried[joint] = x;
-            tried
-        };
-        // All of them together, then each by itself; a joint whose noise fell far may let that of the others fall.
-        let together = |x: f64| -> Vec<f64> { noise.iter().map(|n| x * n).collect() };
-        let is_alone = group.len() == 1;
+        (sum / count.max(1.0)).sqrt().max(1e-9)
+    }
+
+    // −2 log likelihood by joint.
+    fn blocks(&self, noise: &[f64]) -> Vec<Blocks> {
+        let pass = self.pass;
+        let mut blocks = vec![Blocks::default(); pass.form.joints.len()];
+        for (run, (record, system)) in pass.records.iter().zip(&pass.systems).enumerate() {
+            let step = record.scales.step();
+            let settled = system.led + (SETTLED / step) as usize;
+            let of_block = ((NOISE_BLOCK / step) as usize).max(1);
+            blocks.iter_mut().for_each(Blocks::begin);
+            let kalman = Kalman { system, group: self.group.clone(), noise };
+            let input = |joint, k| pass.input(run, joint, k);
+            kalman.misfit(settled + self.used(), input, |joint, k, value| {
+                let speed = record.thetad[pass.form.joints[joint].dof][k];
+                if k >= settled && speed.abs() > self.moving[run][joint] && !record.leaves_out(record.time[k])
+                {
+                    blocks[joint].add(k / of_block, value);
+                }
+            });
+        }
+        blocks
+    }
+
+    fn misfit(&self, noise: &[f64]) -> f64 {
+        sum(&self.blocks(noise))
+    }
+
+    // All of them together, then each by itself; a joint whose noise fell far may let that of the others fall.
+    fn noise(&self, before: Option<&[f64]>) -> Vec<f64> {
+        let mut left = vec![0.0; self.pass.form.joints.len()];
+        self.group.clone().for_each(|joint| left[joint] = self.left(joint));
+        let together = |x: f64| -> Vec<f64> { left.iter().map(|n| x * n).collect() };
+        let is_alone = self.group.len() == 1;
         let (mut noise, sweeps) = match before {
-            Some(before) if !is_alone && misfit(before) < misfit(&noise) => (before.to_vec(), 1),
-            _ => (together(lowest(HIGHEST, |x| misfit(&together(x)))), if is_alone { 1 } else { SWEEPS }),
-        };
-        // A little more, as it is, and a little less of one joint.
-        let about = |noise: &[f64], joint: usize| -> [Vec<Blocks>; 3] {
-            let at = |factor: f64| blocks(&with(noise, joint, factor * noise[joint]));
-            let (more, (here, less)) =
-                rayon::join(|| at(RATIO), || rayon::join(|| at(1.0), || at(1.0 / RATIO)));
-            [more, here, less]
+            Some(before) if !is_alone && self.misfit(before) < self.misfit(&left) => (before.to_vec(), 1),
+            _ => {
+                let all = together(lowest(HIGHEST, |x| self.misfit(&together(x))));
+                (all, if is_alone { 1 } else { SWEEPS })
+            }
         };
         for _ in 1..sweeps {
-            for joint in group.clone() {
-                let sums = about(&noise, joint).each_ref().map(sum);
-                noise[joint] = lowest_about(noise[joint], sums, |x| misfit(&with(&noise, joint, x)));
-            }
+            let found = self.each(&noise, |near| near.lowest(sum));
+            noise[self.group.clone()].copy_from_slice(&found);
         }
         // Where the model is wrong now and then, all samples together make too much of it.
-        let mut typical = vec![f64::INFINITY; joints];
-        for joint in group.clone() {
-            let near = about(&noise, joint);
-            let of = |blocks: &Vec<Blocks>| blocks[joint].typical_change(&near[1][joint]);
-            let value = |x: f64| of(&blocks(&with(&noise, joint, x)));
-            typical[joint] = lowest_about(noise[joint], near.each_ref().map(of), value);
-            if !is_alone {
-                let value = |x: f64| misfit(&with(&noise, joint, x));
-                noise[joint] = lowest_about(noise[joint], near.each_ref().map(sum), value);
-            }
-        }
-        for joint in group.clone() {
-            if typical[joint] < CLEARLY_LESS * noise[joint] {
-                noise[joint] = typical[joint];
-            }
-        }
-        noise[group].to_vec()
+        self.each(&noise, |near| {
+            let all = if is_alone { noise[near.joint] } else { near.lowest(sum) };
+            let typical = near.lowest(|b| b[near.joint].typical_change(&near.here[near.joint]));
+            if typical < CLEARLY_LESS * all { typical } else { all }
+        })
     }
+
+    // What is found of the noise of each joint of the group with those of the others as they are.
+    fn each(&self, noise: &[f64], found: impl Fn(Near) -> f64 + Sync) -> Vec<f64> {
+        let here = &self.blocks(noise);
+        let of_joint = |joint: usize| {
+            let (more, less) =
+                rayon::join(|| self.with(noise, joint, RATIO), || self.with(noise, joint, 1.0 / RATIO));
+            found(Near { likelihood: self, noise, joint, more, here, less })
+        };
+        self.group.clone().into_par_iter().map(of_joint).collect()
+    }
+
+    // With so many times the noise of one joint.
+    fn with(&self, noise: &[f64], joint: usize, times: f64) -> Vec<Blocks> {
+        let mut tried = noise.to_vec();
+        tried[joint] *= times;
+        self.blocks(&tried)
+    }
+}
+
+// A little more noise of one joint, as it is, and a little less.
+struct Near<'a> {
+    likelihood: &'a Likelihood<'a>,
+    noise: &'a [f64],
+    joint: usize,
+    more: Vec<Blocks>,
+    here: &'a [Blocks],
+    less: Vec<Blocks>,
+}
+
+impl Near<'_> {
+    // The noise of the joint at the minimum next to it.
+    fn lowest(&self, of: impl Fn(&[Blocks]) -> f64 + Sync) -> f64 {
+        let near = [&*self.more, self.here, &*self.less].map(&of);
+        self.noise[self.joint]
+            * lowest_about(near, |times| of(&self.likelihood.with(self.noise, self.joint, times)))
+    }
+}
+
+fn sum(blocks: &[Blocks]) -> f64 {
+    blocks.iter().map(Blocks::sum).sum()
 }
 
 // A sum by blocks of time.
@@ -169,14 +208,14 @@ const RATIO: f64 = 1.5;
 const LOWEST: f64 = 1e-4;
 const SWEEPS: usize = 2;
 
-// The minimum next to `x`, by what is there and a step above and below it; where it is not between them, it is searched for.
-fn lowest_about(x: f64, [above, here, below]: [f64; 3], misfit: impl Fn(f64) -> f64 + Sync) -> f64 {
+// The minimum next to one, by what is there and a step above and below it; where it is not between them, it is searched for.
+fn lowest_about([above, here, below]: [f64; 3], misfit: impl Fn(f64) -> f64 + Sync) -> f64 {
     if here <= above && here <= below {
-        vertex(x, [above, here, below])
+        vertex(1.0, [above, here, below])
     } else if below < here {
-        lowest(x, misfit)
+        lowest(1.0, misfit)
     } else {
-        lowest(HIGHEST * x, misfit)
+        lowest(HIGHEST, misfit)
     }
 }
 
