@@ -8,8 +8,8 @@ use super::Pass;
 use super::kalman::Kalman;
 
 impl Pass<'_> {
-    /// Torque noise of every joint by maximum likelihood on samples that move, all of them in turn with the others as they
-    /// are, from above; `before`: what the last pass found.
+    /// Torque noise of every joint by maximum likelihood on samples that move, of each with the others as they are, from
+    /// above; `before`: what the last pass found.
     pub(super) fn torque_noise(&self, before: Option<&[f64]>) -> Vec<f64> {
         let groups = self.form.groups();
         let found: Vec<Vec<f64>> =

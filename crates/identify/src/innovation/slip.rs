@@ -7,7 +7,7 @@
 use super::linearise::Along;
 use super::motion::Motion;
 
-// Share of a hold's time in which friction takes a motor to its velocity: below it friction decides how far the motor moves.
+// Decay over a hold above which friction decides how far a motor moves.
 const STIFF: f64 = 1.0;
 // (ω h)² of a motor on its spring up to which the torque of the spring bends evenly over a hold.
 const EVEN: f64 = 0.25;
