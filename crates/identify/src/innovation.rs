@@ -72,7 +72,7 @@ pub(crate) struct Innovation {
 }
 
 // Most rounds of noise and smoothing; the change of ln noise, and the fall of −2 log likelihood, below which they end.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 8;
 const SETTLED_NOISE: f64 = 0.15;
 const SETTLED_MISFIT: f64 = 10.0;
 // Shares of the way that are tried, each half of the one before, and what −2 log likelihood may rise by a sample.
@@ -196,7 +196,10 @@ impl Innovation {
             Start::Kernel => (self.smooth.clone(), None),
             Start::Reference => (present.motions.clone(), Some(present.torque_noise.clone())),
         };
-        let mut pass = about(motions);
+        let mut pass = match from {
+            Start::Kernel => about(motions).without_slip(),
+            Start::Reference => about(motions),
+        };
         for round in 0..ROUNDS {
             let found = pass.torque_noise(noise.as_deref());
             let smoothed = pass.smoothed(&found);
@@ -293,6 +296,12 @@ impl<'a> Pass<'a> {
             pass.systems.push(system);
         }
         pass
+    }
+
+    // A kernel's velocities change over many holds, so that none of them has a decay of its own.
+    fn without_slip(mut self) -> Self {
+        self.inputs.iter_mut().flatten().flatten().for_each(|input| input.slip = 0.0);
+        self
     }
 
     // Measured minus predicted of one joint at a sample.
