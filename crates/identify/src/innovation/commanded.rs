@@ -16,7 +16,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::Pass;
+use super::pass::Pass;
 use crate::verdict::rms;
 
 // Share of the top speed from which a joint moves: near rest e is of friction.

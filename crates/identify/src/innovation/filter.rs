@@ -271,11 +271,13 @@ mod tests {
         let one = system(2000);
         let two = system_of(2000, Readings { motor: 2e-10, gear: Some(2e-10 * 1e8), ..Readings::default() });
         let (read, _) = readings(&one);
-        let smoothed = |system: &System, input: &dyn Fn(usize) -> [f64; 3]| {
+        let smoothed = |system: &System, input: &(dyn Fn(usize) -> [f64; 3] + Sync)| {
             let kalman = Kalman { system, group: 0..1, noise: &[1.0] };
-            let mut misfit = 0.0;
+            let [mut misfit, mut told] = [0.0; 2];
             kalman.misfit(2000, |_, k| shown(input(k)), |_, _, x| misfit += x);
-            (kalman.smoothed(false, |_, k| shown(input(k))), misfit)
+            let smoothed = kalman.smoothed(false, |_, k| shown(input(k)), |_, _, x| told += x);
+            assert_eq!(misfit, told);
+            (smoothed, misfit)
         };
         let (position, alone) = smoothed(&one, &|k| [read[k], 0.0, 0.0]);
         let (both, together) = smoothed(&two, &|k| [read[k], 0.0, 1e4 * read[k]]);
@@ -297,7 +299,7 @@ mod tests {
         let system = system(4000);
         let (read, truth) = readings(&system);
         let kalman = Kalman { system: &system, group: 0..1, noise: &[1.0] };
-        let smooth = kalman.smoothed(true, |_, k| shown([read[k], 0.0, 0.0]));
+        let smooth = kalman.smoothed(true, |_, k| shown([read[k], 0.0, 0.0]), |_, _, _| {});
         let rms = |x: &dyn Fn(usize) -> f64, state: usize| {
             ((500..3500).map(|k| (x(k) - truth[k][state]).powi(2)).sum::<f64>() / 3000.0).sqrt()
         };
@@ -320,7 +322,9 @@ mod tests {
             readings.alike[0] = alike.into();
             let system = system_of(1000, readings);
             let kalman = Kalman { system: &system, group: 0..1, noise: &[0.1] };
-            kalman.smoothed(true, |_, _| shown([0.0; 3]))[0][500].speed_noise.expect("asked for")
+            kalman.smoothed(true, |_, _| shown([0.0; 3]), |_, _, _| {})[0][500]
+                .speed_noise
+                .expect("asked for")
         };
         // Of white noise of fifty times the density: 50^⅛.
         let ratio = uncertain(vec![50.0; 1000]) / uncertain(Vec::new());

@@ -214,22 +214,22 @@ impl Kalman<'_> {
     ) {
         let (mut p, mut x) = (self.start::<D, S>(), [0.0; D]);
         for k in 0..samples.min(self.system.len()) {
-            self.correct::<D, S>(k, &mut p, &mut x, input, |Read { joint, gain, e, .. }| {
-                told(self.group.start + joint, k, (e * gain.white).powi(2) - 2.0 * gain.white.ln());
+            self.correct::<D, S>(k, &mut p, &mut x, input, |one| {
+                told(self.group.start + one.joint, k, one.misfit())
             });
-            let step = self.step::<D, S>(k);
-            p = forward(&step, &p);
-            x = self.predict::<D, S>(&step, k, &x, input);
+            self.pass_on::<D, S>(k, &mut p, &mut x, input);
         }
     }
 
-    /// The deviation of every joint of the group in every sample, by all of them: filter forwards, smoother backwards.
+    /// The deviation of every joint of the group in every sample, by all of them: filter forwards, smoother backwards. The
+    /// filter tells what [`Kalman::misfit`] does.
     pub fn smoothed(
         &self,
         with_speed_noise: bool,
-        input: impl Fn(usize, usize) -> Input,
+        input: impl Fn(usize, usize) -> Input + Sync,
+        mut told: impl FnMut(usize, usize, f64),
     ) -> Vec<Vec<Smoothed>> {
-        by_size!(self, smoothed_of(with_speed_noise, &input))
+        by_size!(self, smoothed_of(with_speed_noise, &input, &mut told))
     }
 
     fn start<const D: usize, const S: usize>(&self) -> Matrix<D> {
@@ -262,6 +262,19 @@ impl Kalman<'_> {
                 }
             }
         }
+    }
+
+    // On to the next sample.
+    fn pass_on<const D: usize, const S: usize>(
+        &self,
+        k: usize,
+        p: &mut Matrix<D>,
+        x: &mut [f64; D],
+        input: &impl Fn(usize, usize) -> Input,
+    ) {
+        let step = self.step::<D, S>(k);
+        *p = forward(&step, p);
+        *x = self.predict::<D, S>(&step, k, x, input);
     }
 
     // Φ x̃ + g δτ
@@ -305,6 +318,13 @@ struct Read<const D: usize> {
     shown: Shown,
     gain: Gain<D>,
     e: f64,
+}
+
+impl<const D: usize> Read<D> {
+    // −2 log likelihood of what it reads.
+    fn misfit(&self) -> f64 {
+        (self.e * self.gain.white).powi(2) - 2.0 * self.gain.white.ln()
+    }
 }
 
 type Matrix<const D: usize> = [[f64; D]; D];
@@ -421,7 +441,7 @@ mod tests {
         let system = System::new(vec![readings], &[&[linear; 10]], &[vec![1.0]], 10, 1e-3);
         let kalman = Kalman { system: &system, group: 0..1, noise: &[1e-9] };
         let input = |_, _| Input { torque: 0.0, slip: 1e-6, read: [0.0; SENSORS] };
-        for (k, smoothed) in kalman.smoothed(false, input)[0].iter().enumerate() {
+        for (k, smoothed) in kalman.smoothed(false, input, |_, _, _| {})[0].iter().enumerate() {
             assert!((smoothed.x[0] - 1e-6 * k as f64).abs() < 1e-12, "{k}: {:?}", smoothed.x);
             assert!(smoothed.x[1].abs() < 1e-12);
         }

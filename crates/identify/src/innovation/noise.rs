@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::Pass;
 use super::kalman::Kalman;
+use super::pass::Pass;
 
 impl Pass<'_> {
     /// Torque noise of every joint by maximum likelihood on samples that move, of each with the others as they are, from
@@ -54,23 +54,31 @@ impl<'a> Likelihood<'a> {
 
     // −2 log likelihood by joint.
     fn blocks(&self, noise: &[f64]) -> Vec<Blocks> {
-        let pass = self.pass;
-        let mut blocks = vec![Blocks::default(); pass.form.joints.len()];
-        for (run, (record, system)) in pass.records.iter().zip(&pass.systems).enumerate() {
-            let step = record.scales.step();
-            let settled = system.led + (SETTLED / step) as usize;
-            let of_block = ((NOISE_BLOCK / step) as usize).max(1);
-            blocks.iter_mut().for_each(Blocks::begin);
-            let kalman = Kalman { system, group: self.group.clone(), noise };
-            let input = |joint, k| pass.input(run, joint, k);
-            kalman.misfit(settled + self.used(), input, |joint, k, value| {
-                let speed = record.thetad[pass.form.joints[joint].dof][k];
-                if k >= settled && speed.abs() > self.moving[run][joint] && !record.leaves_out(record.time[k])
-                {
-                    blocks[joint].add(k / of_block, value);
-                }
-            });
+        let runs = 0..self.pass.records.len();
+        let of_runs: Vec<Vec<Blocks>> = runs.into_par_iter().map(|run| self.blocks_of(run, noise)).collect();
+        let mut blocks = vec![Blocks::default(); self.pass.form.joints.len()];
+        for of_run in of_runs {
+            blocks.iter_mut().zip(of_run).for_each(|(all, own)| all.0.extend(own.0));
         }
+        blocks
+    }
+
+    // The same of one run.
+    fn blocks_of(&self, run: usize, noise: &[f64]) -> Vec<Blocks> {
+        let pass = self.pass;
+        let (record, system) = (&pass.records[run], &pass.systems[run]);
+        let step = record.scales.step();
+        let settled = system.led + (SETTLED / step) as usize;
+        let of_block = ((NOISE_BLOCK / step) as usize).max(1);
+        let kalman = Kalman { system, group: self.group.clone(), noise };
+        let input = |joint, k| pass.input(run, joint, k);
+        let mut blocks = vec![Blocks::default(); pass.form.joints.len()];
+        kalman.misfit(settled + self.used(), input, |joint, k, value| {
+            let speed = record.thetad[pass.form.joints[joint].dof][k];
+            if k >= settled && speed.abs() > self.moving[run][joint] && !record.leaves_out(record.time[k]) {
+                blocks[joint].add(k / of_block, value);
+            }
+        });
         blocks
     }
 
@@ -84,28 +92,29 @@ impl<'a> Likelihood<'a> {
         self.group.clone().for_each(|joint| left[joint] = self.left(joint));
         let together = |x: f64| -> Vec<f64> { left.iter().map(|n| x * n).collect() };
         let is_alone = self.group.len() == 1;
-        let (mut noise, sweeps) = match before {
-            Some(before) if !is_alone && self.misfit(before) < self.misfit(&left) => (before.to_vec(), 1),
-            _ => {
-                let all = together(lowest(HIGHEST, |x| self.misfit(&together(x))));
-                (all, if is_alone { 1 } else { SWEEPS })
+        let kept = before.filter(|_| !is_alone).and_then(|before| {
+            let (here, of_left) = rayon::join(|| self.blocks(before), || self.misfit(&left));
+            (sum(&here) < of_left).then(|| (before.to_vec(), here))
+        });
+        let (noise, here) = kept.unwrap_or_else(|| {
+            let mut noise = together(lowest(HIGHEST, |x| self.misfit(&together(x))));
+            for _ in 1..if is_alone { 1 } else { SWEEPS } {
+                let found = self.each(&noise, &self.blocks(&noise), |near| near.lowest(sum));
+                noise[self.group.clone()].copy_from_slice(&found);
             }
-        };
-        for _ in 1..sweeps {
-            let found = self.each(&noise, |near| near.lowest(sum));
-            noise[self.group.clone()].copy_from_slice(&found);
-        }
+            let here = self.blocks(&noise);
+            (noise, here)
+        });
         // Where the model is wrong now and then, all samples together make too much of it.
-        self.each(&noise, |near| {
+        self.each(&noise, &here, |near| {
             let all = if is_alone { noise[near.joint] } else { near.lowest(sum) };
             let typical = near.lowest(|b| b[near.joint].typical_change(&near.here[near.joint]));
             if typical < CLEARLY_LESS * all { typical } else { all }
         })
     }
 
-    // What is found of the noise of each joint of the group with those of the others as they are.
-    fn each(&self, noise: &[f64], found: impl Fn(Near) -> f64 + Sync) -> Vec<f64> {
-        let here = &self.blocks(noise);
+    // What is found of the noise of each joint of the group with those of the others as they are; `here`: the likelihood there.
+    fn each(&self, noise: &[f64], here: &[Blocks], found: impl Fn(Near) -> f64 + Sync) -> Vec<f64> {
         let of_joint = |joint: usize| {
             let (more, less) =
                 rayon::join(|| self.with(noise, joint, RATIO), || self.with(noise, joint, 1.0 / RATIO));
@@ -145,37 +154,27 @@ fn sum(blocks: &[Blocks]) -> f64 {
     blocks.iter().map(Blocks::sum).sum()
 }
 
-// A sum by blocks of time.
+// A sum by blocks of time: sum and count of each.
 #[derive(Debug, Clone, Default)]
-struct Blocks {
-    // Sum and count of each.
-    sums: Vec<(f64, f64)>,
-    first: usize,
-}
+struct Blocks(Vec<(f64, f64)>);
 
 impl Blocks {
-    // Another run begins.
-    fn begin(&mut self) {
-        self.first = self.sums.len();
-    }
-
     fn add(&mut self, block: usize, value: f64) {
-        let block = self.first + block;
-        if block >= self.sums.len() {
-            self.sums.resize(block + 1, (0.0, 0.0));
+        if block >= self.0.len() {
+            self.0.resize(block + 1, (0.0, 0.0));
         }
-        self.sums[block].0 += value;
-        self.sums[block].1 += 1.0;
+        self.0[block].0 += value;
+        self.0[block].1 += 1.0;
     }
 
     fn sum(&self) -> f64 {
-        self.sums.iter().map(|(sum, _)| sum).sum()
+        self.0.iter().map(|(sum, _)| sum).sum()
     }
 
     // By how much the sum would be another if all blocks had changed like the median one. Their levels differ by more than
     // their noise does, so that a median of these would be the likelihood of one block.
     fn typical_change(&self, from: &Self) -> f64 {
-        let blocks = self.sums.iter().zip(&from.sums).filter(|((_, n), _)| *n > 0.0);
+        let blocks = self.0.iter().zip(&from.0).filter(|((_, n), _)| *n > 0.0);
         let mut means: Vec<[f64; 2]> =
             blocks.map(|((sum, n), (before, _))| [(sum - before) / n, *n]).collect();
         means.sort_by(|a, b| a[0].total_cmp(&b[0]));

@@ -30,42 +30,93 @@ struct Ahead<const D: usize> {
     information: Option<Matrix<D>>,
 }
 
+// Samples of which is kept at once what the filter saw: of a long run of many joints all would be more than everything else.
+const STRETCH: usize = 512;
+
+// What a filter saw of some samples: after the sensors of each x and P, and what every sensor read.
+struct Seen<const D: usize> {
+    states: Vec<([f64; D], Matrix<D>)>,
+    read: Vec<Read<D>>,
+}
+
 impl Kalman<'_> {
     pub(super) fn smoothed_of<const D: usize, const S: usize>(
         &self,
         with_speed_noise: bool,
-        input: &impl Fn(usize, usize) -> Input,
+        input: &(impl Fn(usize, usize) -> Input + Sync),
+        told: &mut impl FnMut(usize, usize, f64),
     ) -> Vec<Vec<Smoothed>> {
         let n = self.system.len();
-        // After the sensors of each sample: x, P, and what every sensor read.
-        let mut seen: Vec<([f64; D], Matrix<D>)> = Vec::with_capacity(n);
-        let sensors = self.system.sensor_count(self.group.clone());
-        let mut read: Vec<Read<D>> = Vec::with_capacity(n * sensors);
+        // x and P where each stretch begins.
+        let mut begun: Vec<([f64; D], Matrix<D>)> = Vec::with_capacity(n.div_ceil(STRETCH));
         let (mut p, mut x) = (self.start::<D, S>(), [0.0; D]);
         for k in 0..n {
-            self.correct::<D, S>(k, &mut p, &mut x, input, |one| read.push(one));
-            seen.push((x, p));
-            let step = self.step::<D, S>(k);
-            p = forward(&step, &p);
-            x = self.predict::<D, S>(&step, k, &x, input);
+            if k % STRETCH == 0 {
+                begun.push((x, p));
+            }
+            self.correct::<D, S>(k, &mut p, &mut x, input, |one| {
+                told(self.group.start + one.joint, k, one.misfit())
+            });
+            self.pass_on::<D, S>(k, &mut p, &mut x, input);
         }
+        let seen = |stretch: usize| self.seen::<D, S>(stretch, begun[stretch], input);
         let mut ahead = Ahead { pull: [0.0; D], information: with_speed_noise.then_some([[0.0; D]; D]) };
         let unknown = Smoothed { x: [0.0; 4], speed_noise: None };
         let mut smoothed = vec![vec![unknown; n]; self.group.len()];
-        for (k, (x, p)) in seen.iter().enumerate().rev() {
+        let mut next = begun.len().checked_sub(1).map(seen);
+        for stretch in (0..begun.len()).rev() {
+            let Some(now) = next.take() else { break };
+            // The filter goes over the stretch before while this one is smoothed.
+            let back = || self.back_over::<D, S>(stretch * STRETCH, &now, &mut ahead, &mut smoothed);
+            (next, ()) = rayon::join(|| stretch.checked_sub(1).map(seen), back);
+        }
+        smoothed
+    }
+
+    // What the filter sees of a stretch, from where it begins.
+    fn seen<const D: usize, const S: usize>(
+        &self,
+        stretch: usize,
+        (mut x, mut p): ([f64; D], Matrix<D>),
+        input: &impl Fn(usize, usize) -> Input,
+    ) -> Seen<D> {
+        let samples = stretch * STRETCH..((stretch + 1) * STRETCH).min(self.system.len());
+        let sensors = self.system.sensor_count(self.group.clone());
+        let mut seen = Seen {
+            states: Vec::with_capacity(samples.len()),
+            read: Vec::with_capacity(samples.len() * sensors),
+        };
+        for k in samples {
+            self.correct::<D, S>(k, &mut p, &mut x, input, |one| seen.read.push(one));
+            seen.states.push((x, p));
+            self.pass_on::<D, S>(k, &mut p, &mut x, input);
+        }
+        seen
+    }
+
+    // The samples of a stretch from `first` on, smoothed from its end to its beginning.
+    fn back_over<const D: usize, const S: usize>(
+        &self,
+        first: usize,
+        seen: &Seen<D>,
+        ahead: &mut Ahead<D>,
+        smoothed: &mut [Vec<Smoothed>],
+    ) {
+        let sensors = self.system.sensor_count(self.group.clone());
+        for (step, (x, p)) in seen.states.iter().enumerate().rev() {
+            let k = first + step;
             let x = ahead.smooth(x, p);
             for (i, of_joint) in smoothed.iter_mut().enumerate() {
                 of_joint[k].x[..S].copy_from_slice(&x[S * i..S * (i + 1)]);
                 of_joint[k].speed_noise = ahead.variance(p, S * i + 1).map(|square| square.max(0.0).sqrt());
             }
-            for one in read[k * sensors..(k + 1) * sensors].iter().rev() {
+            for one in seen.read[step * sensors..(step + 1) * sensors].iter().rev() {
                 ahead.take::<S>(one);
             }
             if k > 0 {
                 ahead.turn_back(&self.step::<D, S>(k - 1));
             }
         }
-        smoothed
     }
 }
 
