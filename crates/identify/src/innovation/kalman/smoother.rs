@@ -30,7 +30,7 @@ struct Ahead<const D: usize> {
     information: Option<Matrix<D>>,
 }
 
-// Samples of which is kept at once what the filter saw: of a long run of many joints all would be more than everything else.
+// Samples of which is kept at once what the filter saw: some 8 kB each of six elastic joints.
 const STRETCH: usize = 512;
 
 // What a filter saw of some samples: after the sensors of each x and P, and what every sensor read.
