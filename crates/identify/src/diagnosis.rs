@@ -149,7 +149,7 @@ pub(crate) fn report(
     let left = left_of_channels(search.problem.form.layout(), &state.fitted.white);
     let mut verdict = word(&channels, &left, state.accepted.len());
     let grounds: Vec<Grounds> =
-        state.accepted.iter().map(|entry| Grounds::of(search, explored, &left, entry)).collect();
+        state.accepted.iter().map(|entry| Grounds::of(search, explored, &channels, &left, entry)).collect();
     let of = |(entry, grounds): (&Entry, &Grounds)| candidate(search, state, &reports, entry, *grounds);
     let mut candidates: Vec<CandidateReport> = state.accepted.iter().zip(&grounds).map(of).collect();
     let mut scope = scope;

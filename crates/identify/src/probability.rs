@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::diagnosis::ChannelReport;
 use crate::episode::is_of_one_time;
 use crate::explore::{Explored, Rung};
 use crate::gates::{Evidence, mean_square};
@@ -23,8 +24,9 @@ pub struct Grounds {
     pub next: f64,
     /// Likelihoods of all tied rivals, its own being one.
     pub tied: f64,
-    /// What is left in the end of the error that the effect was found by, as a share of it and of what the effect took away;
-    /// zero where noise alone is left. Of an effect that relieves a tension only, one where more than noise is left.
+    /// What is left in the end of the error that the effect was found by, as a share of it and of what the effect took away:
+    /// what is more than noise, or what a generic predictor foretells, if that is more; zero where noise alone is left. Of an
+    /// effect that relieves a tension only, one where more than noise is left.
     pub left: f64,
     /// Other effects that were accepted in the same joint: several laws beside each other often stand for one that is missing.
     /// Viscous and Coulomb friction, which every drive has, neither count nor are counted against.
@@ -93,6 +95,9 @@ const LIKE: f64 = 0.1;
 // of quiet seconds, where a model that is wrong now and then makes too much of the noise.
 const NOISE: f64 = 1.5;
 const UNEVEN: f64 = 3.0;
+// Share of what is left from which a generic predictor foretells more than it does of noise (0.00 in each of twenty logs of one and
+// two joints in which nothing is hidden).
+const BY_CHANCE: f64 = 0.02;
 // z below which a tension, not the data, carries an effect.
 const LEAST_Z: f64 = 3.0;
 
@@ -102,13 +107,19 @@ fn rests_on_tension(evidence: &Evidence) -> bool {
 
 impl Grounds {
     /// Of an accepted effect, by what the final model leaves of every channel.
-    pub(crate) fn of(search: &Search, explored: &Explored, left: &[Left], entry: &Accepted) -> Self {
+    pub(crate) fn of(
+        search: &Search,
+        explored: &Explored,
+        reports: &[ChannelReport],
+        left: &[Left],
+        entry: &Accepted,
+    ) -> Self {
         let evidence = &entry.evidence;
         let channels = &search.yardstick().problem.form.layout().channels;
         let dof = |e: &Accepted| channels[e.evidence.channel].dof;
         let others =
             explored.state.accepted.iter().filter(|other| other.trial.label() != entry.trial.label());
-        let left = left_of(search, explored, left, entry);
+        let left = left_of(search, explored, reports, left, entry);
         let beside = others.filter(|other| dof(other) == dof(entry) && !other.trial.is_plain_friction());
         Self {
             by_tension: rests_on_tension(evidence),
@@ -130,15 +141,24 @@ impl Grounds {
 }
 
 // What is left of the error that an effect was found by.
-fn left_of(search: &Search, explored: &Explored, left: &[Left], entry: &Accepted) -> f64 {
+fn left_of(
+    search: &Search,
+    explored: &Explored,
+    reports: &[ChannelReport],
+    left: &[Left],
+    entry: &Accepted,
+) -> f64 {
     let (evidence, layout) = (&entry.evidence, search.yardstick().problem.form.layout());
     let dof = layout.channels[evidence.channel].dof;
-    let concerns = |c: usize| rests_on_tension(evidence) || layout.channels[c].dof == dof;
-    let is_noise = |l: &Left| l.square <= l.noise();
-    if left.iter().enumerate().all(|(c, l)| !concerns(c) || is_noise(l)) {
+    let by_tension = rests_on_tension(evidence);
+    let concerns = |c: usize| by_tension || layout.channels[c].dof == dof;
+    let foretold = |c: usize| reports[c].predictable_remainder;
+    let is_small = |c: usize| left[c].square <= left[c].noise();
+    let is_noise = |c: usize| is_small(c) && (by_tension || foretold(c) < BY_CHANCE);
+    if (0..left.len()).all(|c| !concerns(c) || is_noise(c)) {
         return 0.0;
     }
-    if rests_on_tension(evidence) {
+    if by_tension {
         return 1.0;
     }
     // In rows in which errors are told, which are the same in all steps.
@@ -147,7 +167,8 @@ fn left_of(search: &Search, explored: &Explored, left: &[Left], entry: &Accepted
     let step = rungs.iter().position(|rung| rung.added.contains(&entry.trial.label()));
     let before = step.and_then(|step| rungs.get(step.checked_sub(1)?));
     let errors = before.zip(rungs.last()).map(|(before, last)| [error(before), error(last)]);
-    share_left(evidence.explained, errors, left[evidence.channel])
+    let own = evidence.channel;
+    share_left(evidence.explained, errors, left[own].beyond_noise().max(foretold(own)))
 }
 
 impl Left {
@@ -155,13 +176,18 @@ impl Left {
     fn noise(&self) -> f64 {
         NOISE.min(UNEVEN * self.quiet)
     }
+
+    // The share of the mean square that is more than that.
+    fn beyond_noise(&self) -> f64 {
+        (1.0 - self.noise() / self.square).max(0.0)
+    }
 }
 
-// By the errors of a channel before the step of an effect and in the end, and what is left of its whitened rows; where the
+// By the errors of a channel before the step of an effect and in the end, and the share of the latter that is no noise; where the
 // errors are not known, what the step itself left.
-fn share_left(explained: f64, errors: Option<[f64; 2]>, left: Left) -> f64 {
+fn share_left(explained: f64, errors: Option<[f64; 2]>, no_noise: f64) -> f64 {
     let Some([before, last]) = errors else { return 1.0 - explained };
-    let (fall, rest) = (explained * before, (1.0 - left.noise() / left.square).max(0.0) * last);
+    let (fall, rest) = (explained * before, no_noise * last);
     rest / (rest + fall).max(1e-300)
 }
 
@@ -208,7 +234,7 @@ mod tests {
     #[test]
     fn what_is_left_counts_beyond_noise_and_against_what_was_taken_away() {
         // Of an error of 8, 6 were taken away; 4 are left at three times the noise, half of them more than it may be.
-        let left = |square, quiet| Left { square, quiet, foretold: 0.0 };
+        let left = |square, quiet| Left { square, quiet, foretold: 0.0 }.beyond_noise();
         assert_eq!(share_left(0.75, Some([8.0, 4.0]), left(3.0, 1.0)), 0.25);
         assert_eq!(share_left(0.75, Some([8.0, 2.0]), left(1.0, 1.0)), 0.0);
         assert_eq!(share_left(0.75, None, left(3.0, 1.0)), 0.25);

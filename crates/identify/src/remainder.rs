@@ -12,7 +12,7 @@ use crate::residual::Layout;
 
 // Features of the generic predictor; fewer on short runs.
 const FEATURES: usize = 120;
-// Ridges tried, in units of the number of rows.
+// Ridges tried, in units of the squared length of a feature.
 const RIDGES: [f64; 5] = [0.02, 0.1, 0.5, 2.0, 10.0];
 
 /// What is left of a channel, in whitened rows: noise alone leaves independent rows of unit variance.
@@ -75,7 +75,8 @@ pub(crate) fn squares_of_seconds(
 }
 
 /// For each channel, the share of the residual's variance that a generic predictor foretells on folds it has not
-/// seen; the best of several ridges, zero if nothing.
+/// seen; the best of several ridges, zero if nothing. `records`: of the motion about which the rows were formed, since
+/// what filters them is theirs, and torque noise that acts is in the accelerations of any motion that was not freed of it.
 pub(crate) fn predictable(records: &[Record], layout: &Layout, rows: &[f64], seed: u64) -> Vec<f64> {
     let features = random_features(records, layout, FEATURES, seed);
     (0..layout.channels.len()).into_par_iter().map(|c| channel(layout, c, rows, &features)).collect()
@@ -88,9 +89,12 @@ fn channel(layout: &Layout, c: usize, rows: &[f64], features: &[Vec<f64>]) -> f6
     if count < 4 || total <= 0.0 {
         return 0.0;
     }
+    // Through a filter a feature has the length that its joint gives it: all are taken in units of their own.
+    let length = |f: &Vec<f64>| (kept.iter().map(|&k| f[k] * f[k]).sum::<f64>() / kept.len() as f64).sqrt();
+    let features: Vec<(&[f64], f64)> =
+        features[..count].iter().map(|f| (f.as_slice(), length(f).max(1e-300))).collect();
     let chunks: Vec<&[usize]> = kept.chunk_by(|&a, &b| layout.fold[a] == layout.fold[b]).collect();
-    let folds: Vec<Fold> =
-        chunks.into_par_iter().map(|kept| Fold::of(&features[..count], rows, kept)).collect();
+    let folds: Vec<Fold> = chunks.into_par_iter().map(|kept| Fold::of(&features, rows, kept)).collect();
     let sum = |of: fn(&Fold) -> &Mat<f64>, columns: usize| {
         folds.iter().fold(Mat::<f64>::zeros(count + 1, columns), |sum, fold| sum + of(fold))
     };
@@ -109,9 +113,9 @@ struct Fold {
 }
 
 impl Fold {
-    // `kept`: its rows of features, a one beside them, and of the residual.
-    fn of(features: &[Vec<f64>], rows: &[f64], kept: &[usize]) -> Self {
-        let feature = |i: usize, j: usize| features.get(j).map_or(1.0, |f| f[kept[i]]);
+    // `kept`: its rows of features, each in units of its length, a one beside them, and of the residual.
+    fn of(features: &[(&[f64], f64)], rows: &[f64], kept: &[usize]) -> Self {
+        let feature = |i: usize, j: usize| features.get(j).map_or(1.0, |(f, length)| f[kept[i]] / length);
         let x = Mat::from_fn(kept.len(), features.len() + 1, feature);
         let y: Vec<f64> = kept.iter().map(|&k| rows[k]).collect();
         let (gram, right) = (cross(&x, &x), cross(&x, &matrix(std::slice::from_ref(&y))));
@@ -152,6 +156,25 @@ mod tests {
             blocks: 1,
             folds: 1,
             period: 1e-3,
+        }
+    }
+
+    // y = sin t + e, of unit variance each:  half of it, whatever unit the features have.
+    #[test]
+    fn what_a_feature_explains_does_not_depend_on_its_unit() {
+        let mut random = SmallRng::seed_from_u64(5);
+        let mut normal = || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
+        let wave: Vec<f64> = (0..4000).map(|k| 2f64.sqrt() * (0.05 * f64::from(k)).sin()).collect();
+        let rows: Vec<f64> = wave.iter().map(|w| w + normal()).collect();
+        let mut layout = one_channel(rows.len());
+        (layout.fold, layout.folds) = ((0..rows.len()).map(|k| k / 1000).collect(), 4);
+        for unit in [1e-3, 1.0, 1e3] {
+            let mut features: Vec<Vec<f64>> =
+                (0..3).map(|_| rows.iter().map(|_| unit * normal()).collect()).collect();
+            features.push(wave.iter().map(|w| unit * w).collect());
+            let foretold =
+                channel(&layout, 0, &rows, &[features, vec![vec![0.0; rows.len()]; FEATURES]].concat());
+            assert!((foretold - 0.5).abs() < 0.05, "{unit}: {foretold}");
         }
     }
 

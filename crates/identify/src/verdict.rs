@@ -24,7 +24,8 @@ pub(crate) fn channels(search: &Search, state: &State) -> Vec<ChannelReport> {
     let model = &search.problem.robot.model;
     let residual = &state.fitted.at.residual;
     let scaled = search_scaled(search, state);
-    let remainder = predictable(search.records, layout, &scaled, search.problem.options.seed + 17);
+    let records = state.reference.as_ref().map_or(search.records, |reference| reference.records());
+    let remainder = predictable(records, layout, &scaled, search.problem.options.seed + 17);
     let unseen = unseen_errors(search, state);
     layout
         .channels
