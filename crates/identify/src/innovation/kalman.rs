@@ -212,13 +212,9 @@ impl Kalman<'_> {
         input: &impl Fn(usize, usize) -> Input,
         told: &mut impl FnMut(usize, usize, f64),
     ) {
-        let (mut p, mut x) = (self.start::<D, S>(), [0.0; D]);
-        for k in 0..samples.min(self.system.len()) {
-            self.correct::<D, S>(k, &mut p, &mut x, input, |one| {
-                told(self.group.start + one.joint, k, one.misfit())
-            });
-            self.pass_on::<D, S>(k, &mut p, &mut x, input);
-        }
+        let tell = |k, one: Read<D>| told(self.group.start + one.joint, k, one.misfit());
+        let samples = 0..samples.min(self.system.len());
+        self.over::<D, S>(samples, &mut self.begin::<D, S>(), input, tell, |_| {});
     }
 
     /// The deviation of every joint of the group in every sample, by all of them: filter forwards, smoother backwards. The
@@ -240,6 +236,29 @@ impl Kalman<'_> {
             }
         }
         p
+    }
+
+    // Nothing is known of the deviation yet.
+    fn begin<const D: usize, const S: usize>(&self) -> Known<D> {
+        ([0.0; D], self.start::<D, S>())
+    }
+
+    // The filter over some samples; `read` is given what each sensor reads, `seen` what is known after those of a sample.
+    fn over<const D: usize, const S: usize>(
+        &self,
+        samples: Range<usize>,
+        known: &mut Known<D>,
+        input: &impl Fn(usize, usize) -> Input,
+        mut read: impl FnMut(usize, Read<D>),
+        mut seen: impl FnMut(&Known<D>),
+    ) {
+        for k in samples {
+            let (x, p) = known;
+            self.correct::<D, S>(k, p, x, input, |one| read(k, one));
+            seen(known);
+            let (x, p) = known;
+            self.pass_on::<D, S>(k, p, x, input);
+        }
     }
 
     // One sample's sensors; `told` is given what each reads.
@@ -328,6 +347,8 @@ impl<const D: usize> Read<D> {
 }
 
 type Matrix<const D: usize> = [[f64; D]; D];
+// x and P.
+type Known<const D: usize> = ([f64; D], Matrix<D>);
 
 // A sample period of a group: x̃ ← Φ x̃ + Σ g δτ.
 struct Step<const D: usize> {

@@ -99,10 +99,9 @@ impl<'a> Pass<'a> {
         let own = self.form.own_noise(noise);
         let shares: Vec<f64> = own.iter().zip(noise).map(|(own, all)| (own / all).powf(0.75)).collect();
         let smoothed = self.of_each_group(noise, |kalman, run| {
-            let (first, mut misfits) = (kalman.group.start, vec![0.0; kalman.group.len()]);
-            let told = |joint: usize, k, value| misfits[joint - first] += self.counted(run, k, value);
+            let with_speed_noise = self.form.runs[run].asks_speed_noise();
             let input = |joint, k| self.input(run, joint, k);
-            (kalman.smoothed(self.form.runs[run].asks_speed_noise(), input, told), misfits)
+            self.summed(&kalman, run, |told| kalman.smoothed(with_speed_noise, input, told))
         });
         let (smoothed, misfits): (Vec<Vec<_>>, Vec<Vec<_>>) =
             smoothed.into_iter().map(|groups| groups.into_iter().unzip()).unzip();
@@ -126,6 +125,18 @@ impl<'a> Pass<'a> {
             }
         }
         (motions, misfits.collect())
+    }
+
+    // What `work` gives, and the likelihood that it tells of every joint of a group in a run.
+    fn summed<T>(
+        &self,
+        kalman: &Kalman,
+        run: usize,
+        work: impl FnOnce(&mut dyn FnMut(usize, usize, f64)) -> T,
+    ) -> (T, Vec<f64>) {
+        let (first, mut misfits) = (kalman.group.start, vec![0.0; kalman.group.len()]);
+        let found = work(&mut |joint, k, value| misfits[joint - first] += self.counted(run, k, value));
+        (found, misfits)
     }
 
     // What a sample adds to the likelihood of a run.
@@ -183,10 +194,8 @@ impl<'a> Pass<'a> {
     // By run and joint.
     fn misfits_by_joint(&self, noise: &[f64]) -> Vec<Vec<f64>> {
         let misfits = self.of_each_group(noise, |kalman, run| {
-            let (first, mut misfits) = (kalman.group.start, vec![0.0; kalman.group.len()]);
-            let told = |joint: usize, k, value| misfits[joint - first] += self.counted(run, k, value);
-            kalman.misfit(usize::MAX, |joint, k| self.input(run, joint, k), told);
-            misfits
+            let input = |joint, k| self.input(run, joint, k);
+            self.summed(&kalman, run, |told| kalman.misfit(usize::MAX, input, told)).1
         });
         misfits.into_iter().map(|groups| groups.concat()).collect()
     }

@@ -11,7 +11,9 @@
 //!
 //! Source: Bierman, *Fixed interval smoothing with discrete measurements*, Int. J. Control 18, 1973.
 
-use super::{Input, Kalman, Matrix, Read, Shown, Step, add, forward};
+use std::ops::Range;
+
+use super::{Input, Kalman, Known, Matrix, Read, Shown, Step, add, forward};
 use crate::innovation::system::State;
 
 /// The deviation of a joint in a sample.
@@ -35,7 +37,7 @@ const STRETCH: usize = 512;
 
 // What a filter saw of some samples: after the sensors of each x and P, and what every sensor read.
 struct Seen<const D: usize> {
-    states: Vec<([f64; D], Matrix<D>)>,
+    states: Vec<Known<D>>,
     read: Vec<Read<D>>,
 }
 
@@ -47,17 +49,13 @@ impl Kalman<'_> {
         told: &mut impl FnMut(usize, usize, f64),
     ) -> Vec<Vec<Smoothed>> {
         let n = self.system.len();
-        // x and P where each stretch begins.
-        let mut begun: Vec<([f64; D], Matrix<D>)> = Vec::with_capacity(n.div_ceil(STRETCH));
-        let (mut p, mut x) = (self.start::<D, S>(), [0.0; D]);
-        for k in 0..n {
-            if k % STRETCH == 0 {
-                begun.push((x, p));
-            }
-            self.correct::<D, S>(k, &mut p, &mut x, input, |one| {
-                told(self.group.start + one.joint, k, one.misfit())
-            });
-            self.pass_on::<D, S>(k, &mut p, &mut x, input);
+        // What is known where each stretch begins.
+        let mut begun: Vec<Known<D>> = Vec::with_capacity(n.div_ceil(STRETCH));
+        let mut known = self.begin::<D, S>();
+        for stretch in 0..n.div_ceil(STRETCH) {
+            begun.push(known);
+            let tell = |k, one: Read<D>| told(self.group.start + one.joint, k, one.misfit());
+            self.over::<D, S>(self.stretch(stretch), &mut known, input, tell, |_| {});
         }
         let seen = |stretch: usize| self.seen::<D, S>(stretch, begun[stretch], input);
         let mut ahead = Ahead { pull: [0.0; D], information: with_speed_noise.then_some([[0.0; D]; D]) };
@@ -73,25 +71,24 @@ impl Kalman<'_> {
         smoothed
     }
 
+    fn stretch(&self, number: usize) -> Range<usize> {
+        number * STRETCH..((number + 1) * STRETCH).min(self.system.len())
+    }
+
     // What the filter sees of a stretch, from where it begins.
     fn seen<const D: usize, const S: usize>(
         &self,
         stretch: usize,
-        (mut x, mut p): ([f64; D], Matrix<D>),
+        mut known: Known<D>,
         input: &impl Fn(usize, usize) -> Input,
     ) -> Seen<D> {
-        let samples = stretch * STRETCH..((stretch + 1) * STRETCH).min(self.system.len());
+        let samples = self.stretch(stretch);
         let sensors = self.system.sensor_count(self.group.clone());
-        let mut seen = Seen {
-            states: Vec::with_capacity(samples.len()),
-            read: Vec::with_capacity(samples.len() * sensors),
-        };
-        for k in samples {
-            self.correct::<D, S>(k, &mut p, &mut x, input, |one| seen.read.push(one));
-            seen.states.push((x, p));
-            self.pass_on::<D, S>(k, &mut p, &mut x, input);
-        }
-        seen
+        let mut states = Vec::with_capacity(samples.len());
+        let mut all_read = Vec::with_capacity(samples.len() * sensors);
+        let (read, seen) = (|_, one| all_read.push(one), |known: &Known<D>| states.push(*known));
+        self.over::<D, S>(samples, &mut known, input, read, seen);
+        Seen { states, read: all_read }
     }
 
     // The samples of a stretch from `first` on, smoothed from its end to its beginning.
