@@ -98,7 +98,7 @@ fn compared(
         let at = refine(problem, &mut model, whitener, at, 6);
         Fitted::of(layout, whitener, model, at)
     };
-    let reduced = without(problem, state, k)?;
+    let reduced = without(problem, &state.fitted.model, &state.accepted[k])?;
     let with = fitted(extended(problem, &reduced, &other.spec)?);
     let (replaced, reference) = (&state.accepted[k], state.reference.as_ref());
     let gain = state.fitted.objective - with.objective;
@@ -118,7 +118,7 @@ fn compared(
     if evidence.refused(problem.options, 1).is_some() {
         return Ok(equal);
     }
-    let mut accepted = accepted_without(state, k);
+    let mut accepted = accepted_without(&state.accepted, k);
     let effect = with.model.specs.len() - 1;
     let (rivals, others) = (Vec::new(), Vec::new());
     accepted.push(Accepted { trial: other.trial.clone(), effect, evidence, rivals, others });

@@ -1,5 +1,5 @@
 //! The ladder: accept effects step by step, undo what makes unseen runs worse, prune what is no longer needed, exchange
-//! what another explains better beside the others.
+//! what another explains better beside the others, merge what one of the whole robot explains.
 
 use rayon::prelude::*;
 
@@ -8,6 +8,7 @@ use crate::comparison::by_channel;
 use crate::exchange::exchanged;
 use crate::fitting::parameters;
 use crate::gates::{Evidence, Pair};
+use crate::merge::merged;
 use crate::problem::{Candidate, Problem, refine};
 use crate::refit::{Fitted, Refit};
 use crate::search::{Accepted, Round, Search, State};
@@ -129,7 +130,8 @@ pub(crate) fn explore(
         step += 1;
     }
     let mut state = pruned(search, state, &mut rungs, unseen)?;
-    if exchanged(search, &mut state, &mut rungs, unseen)? {
+    let is_other = exchanged(search, &mut state, &mut rungs, unseen)?;
+    if merged(search, &mut state, &mut rungs, unseen)? || is_other {
         state = pruned(search, state, &mut rungs, unseen)?;
     }
     Ok(Explored { state, rungs, last })
@@ -300,13 +302,13 @@ fn superfluous(
     k: usize,
     unseen: Option<&Unseen>,
 ) -> Result<Option<(State, String)>, IdentifyError> {
-    let mut reduced = without(search.problem, state, k)?;
+    let mut reduced = without(search.problem, &state.fitted.model, &state.accepted[k])?;
     let at = reduced.linearise(search.problem);
     let at = refine(search.problem, &mut reduced, &state.whitener, at, 3);
     let reduced = Fitted::of(search.problem.form.layout(), &state.whitener, reduced, at);
     let evidence = evidence_between(search, &reduced, &state.fitted, state.accepted[k].trial.parameters);
     let Some(reason) = evidence.refused(search.problem.options, 1) else { return Ok(None) };
-    let candidate = search.settled(reduced.model, reduced.at, accepted_without(state, k))?;
+    let candidate = search.settled(reduced.model, reduced.at, accepted_without(&state.accepted, k))?;
     let holds = error(search, &candidate, unseen) <= WORSE * error(search, state, unseen);
     Ok((holds && candidate.is_finite()).then_some((candidate, reason)))
 }
@@ -333,9 +335,9 @@ pub(crate) fn evidence_between(
     Evidence::of(layout, &pair, tension, parameters, &folds, &search.channel_std)
 }
 
-/// The accepted effects of a state but number `k`, as they are numbered in the model without it.
-pub(crate) fn accepted_without(state: &State, k: usize) -> Vec<Accepted> {
-    let mut accepted = state.accepted.clone();
+/// The accepted effects of a model but number `k`, as they are numbered in the model without it.
+pub(crate) fn accepted_without(accepted: &[Accepted], k: usize) -> Vec<Accepted> {
+    let mut accepted = accepted.to_vec();
     let removed = accepted.remove(k);
     if matches!(removed.trial.how, How::New { .. }) {
         accepted.iter_mut().for_each(|a| a.effect -= usize::from(a.effect > removed.effect));
@@ -351,10 +353,13 @@ pub(crate) fn error(search: &Search, state: &State, unseen: Option<&Unseen>) -> 
     crate::comparison::total(search, &state.fitted.at.residual, &state.whitener.floors())
 }
 
-/// The model of `state` without its accepted effect number `k`.
-pub(crate) fn without(problem: &Problem, state: &State, k: usize) -> Result<Candidate, IdentifyError> {
-    let model = &state.fitted.model;
-    let Accepted { trial, effect, .. } = &state.accepted[k];
+/// A model without one of its accepted effects.
+pub(crate) fn without(
+    problem: &Problem,
+    model: &Candidate,
+    accepted: &Accepted,
+) -> Result<Candidate, IdentifyError> {
+    let Accepted { trial, effect, .. } = accepted;
     let mut specs = model.specs.clone();
     let removed = matches!(trial.how, How::New { .. });
     if removed {

@@ -26,6 +26,7 @@ mod imposed;
 mod innovation;
 mod least_squares;
 mod limits;
+mod merge;
 mod options;
 mod other_springs;
 mod probability;
