@@ -10,13 +10,13 @@ use sinew_effect::{Card, Catalogue, PlaceKind};
 use sinew_model::Place;
 
 use crate::IdentifyError;
-use crate::explore::{CHANCE, Rung, Unseen, WORSE, accepted_without, error, rung, without};
+use crate::explore::{CHANCE, Rung, Unseen, accepted_without, error, rung, without};
 use crate::problem::Candidate;
 use crate::search::{Accepted, Round, Search, State};
 use crate::trial::How;
 
 /// Puts laws of the whole robot in the place of others that were accepted in several joints, where the log is as likely with
-/// them. True if any was put there.
+/// them, or without a likelihood the error no larger. True if any was put there.
 pub(crate) fn merged(
     search: &mut Search,
     state: &mut State,
@@ -41,7 +41,7 @@ pub(crate) fn merged(
         let is_as_likely = if reference.is_some() {
             next.misfit() < state.misfit() + CHANCE
         } else {
-            error(search, &next, unseen) < WORSE * error(search, state, unseen)
+            error(search, &next, unseen) <= error(search, state, unseen)
         };
         if !is_as_likely || !next.is_finite() {
             reference.iter().for_each(|reference| search.problem.form.adopt(reference));
