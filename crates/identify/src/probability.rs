@@ -95,8 +95,8 @@ const LIKE: f64 = 0.1;
 // of quiet seconds, where a model that is wrong now and then makes too much of the noise.
 const NOISE: f64 = 1.5;
 const UNEVEN: f64 = 3.0;
-// Share of what is left from which a generic predictor foretells more than it does of noise (0.00 in each of twenty logs of one and
-// two joints in which nothing is hidden).
+// Share of what is left from which a generic predictor foretells more than it does of noise (0.00 in each of nineteen logs of one
+// and two joints in which nothing is hidden).
 const BY_CHANCE: f64 = 0.02;
 // z below which a tension, not the data, carries an effect.
 const LEAST_Z: f64 = 3.0;
