@@ -1,7 +1,7 @@
 //! Torques that are held from sample to sample, seen at the rate of the log.
 
 use sinew_effects::CATALOGUE;
-use sinew_identify::{Options, fit};
+use sinew_identify::{Options, Verdict, diagnose, fit};
 use sinew_tests::{Conditions, measure, null_case, one_joint};
 
 // (ωh)²/24 of 16 Hz in holds of 1 ms is 4e-4: what a spring is off by if the middle of a hold is taken for its mean, or if a
@@ -46,4 +46,20 @@ fn friction_is_as_wide_as_it_is_where_torques_step_in_its_width() {
         width.value / truth - 1.0
     });
     assert!((off.iter().sum::<f64>() / 3.0).abs() < 0.02, "{off:?}");
+}
+
+// Where every m-th command of 1 kHz is logged, it acts (m − 1)/2 ms before the middle of the row.
+#[test]
+fn a_log_that_keeps_one_of_several_torques_tells_of_which_moment() {
+    let arm = one_joint();
+    for (every, moment) in [(1, None), (2, Some("0.50 ms")), (4, Some("1.50 ms"))] {
+        let case = null_case(&arm, Conditions { every, ..Conditions::FULL }, 300_005);
+        let runs = measure(&arm, &case).unwrap();
+        let diagnosis = diagnose(&case.model, &CATALOGUE, &runs, &Options::default()).unwrap();
+        println!("every {every}: {}, {}", diagnosis.verdict, diagnosis.scope);
+        let told = diagnosis.scope.split_once("those of moments, ").map(|(_, rest)| rest);
+        assert_eq!(told.is_some(), moment.is_some());
+        assert!(moment.is_none_or(|moment| told.is_some_and(|told| told.starts_with(moment))));
+        assert_eq!(diagnosis.verdict, Verdict::Adequate);
+    }
 }

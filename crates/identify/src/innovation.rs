@@ -281,6 +281,12 @@ impl ResidualForm for Innovation {
     fn reference(&self) -> Option<Arc<Reference>> {
         Some(self.present())
     }
+    fn residual_taking(&self, early: f64, plant: &Plant, p: &[f64]) -> Vec<f64> {
+        let now = self.present();
+        let mut records = now.records.clone();
+        records.iter_mut().for_each(|record| record.scales.early += early);
+        Rows { records: &records, ..self.rows(&now) }.residual(plant, p)
+    }
     fn begin_anew(&self, torques: LoggedTorques) {
         let now = self.present();
         let (motions, torque_noise) = (now.motions.clone(), now.torque_noise.clone());

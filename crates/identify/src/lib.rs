@@ -27,6 +27,7 @@ mod innovation;
 mod least_squares;
 mod limits;
 mod merge;
+mod moments;
 mod options;
 mod other_springs;
 mod probability;

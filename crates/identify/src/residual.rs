@@ -38,6 +38,10 @@ pub(crate) trait ResidualForm: Sync {
     fn reference(&self) -> Option<Arc<Reference>> {
         None
     }
+    /// Measured minus predicted about the present reference if logged torques acted so much earlier, s, than they are taken to.
+    fn residual_taking(&self, _early: f64, plant: &Plant, p: &[f64]) -> Vec<f64> {
+        self.residual(plant, p)
+    }
     /// Forgets the rows of the reference, for a new one in which logged torques are taken so.
     fn begin_anew(&self, _torques: LoggedTorques) {}
     /// Comes back to a reference.

@@ -7,25 +7,17 @@ use crate::colour::Whitener;
 use crate::least_squares::distance;
 use crate::problem::{Candidate, Linearised, objective, refine};
 use crate::refit::Fitted;
-use crate::residual::{Layout, LoggedTorques, Start};
+use crate::residual::{LoggedTorques, Start};
 use crate::search::{Accepted, Saturated, Search, State};
 
 // What each reference of a model is led from, the squared length of what they may differ by, and what −2 log likelihood or
 // an objective falls by where it is no chance.
-const RENEWALS: [Start; 3] = [Start::Kernel, Start::Reference, Start::Reference];
+pub(crate) const RENEWALS: [Start; 3] = [Start::Kernel, Start::Reference, Start::Reference];
 const ONCE_MORE: [Start; 2] = [Start::Reference, Start::Reference];
 const HOLDS: f64 = 10.0;
-const FALLS: f64 = 10.0;
+pub(crate) const FALLS: f64 = 10.0;
 // The share of the objective by which they may differ besides where derivatives are taken about the reference.
 const HOLDS_SHARE: f64 = 0.01;
-// Shares of a row by which a torque of a moment acts before the middle of its hold: of commands of which every second or
-// every fourth is logged, and of a torque that nothing holds. The share of the objective that one of them may leave, and that
-// below which nothing else is asked.
-const MOMENTS: [f64; 3] = [0.25, 0.375, 0.5];
-const CLEARLY: f64 = 0.95;
-const HALF: f64 = 0.5;
-// What joints may rise by in −2 log likelihood, as a share of what others fall by.
-const AT_COST: f64 = 0.1;
 // Most times that a model is led halfway back to what is stated.
 const RETREATS: usize = 4;
 // A descent that gains this factor has left the model that its reference was smoothed by.
@@ -101,7 +93,8 @@ impl Search<'_> {
         Some(fall.max(old.misfit() - alike))
     }
 
-    fn led(
+    /// A model led about references of its own from each of `starts`; where there is none, by `descend`.
+    pub fn led(
         &self,
         model: &mut Candidate,
         starts: &[Start],
@@ -187,8 +180,8 @@ impl Search<'_> {
         found
     }
 
-    // The model about a new reference, refined there, with the noise it leaves, and its objective before and after.
-    fn followed(&self, model: &mut Candidate, from: Start) -> (Linearised, Whitener, [f64; 2]) {
+    /// The model about a new reference, refined there, with the noise it leaves, and its objective before and after.
+    pub fn followed(&self, model: &mut Candidate, from: Start) -> (Linearised, Whitener, [f64; 2]) {
         let at = self.about_new_reference(model, from);
         let (whitener, before) = self.alone(model, &at);
         let at = refine(self.problem, model, &whitener, at, 6);
@@ -196,50 +189,11 @@ impl Search<'_> {
         (at, whitener, [before, after])
     }
 
-    // The noise that a model leaves by itself, and its objective under it.
-    fn alone(&self, model: &Candidate, at: &Linearised) -> (Whitener, f64) {
+    /// The noise that a model leaves by itself, and its objective under it.
+    pub fn alone(&self, model: &Candidate, at: &Linearised) -> (Whitener, f64) {
         let whitener = self.noise(model, &at.residual, &at.slices());
         let value = objective(&whitener.apply(self.problem.form.layout(), &at.residual), model);
         (whitener, value)
-    }
-
-    // A logged torque is taken as held until the next. Where a log keeps one of several commands, or torques that no
-    // computer holds, it is that of a moment: the base that fits clearly best.
-    fn with_torques_of_moments(
-        &self,
-        model: &mut Candidate,
-        at: Linearised,
-    ) -> Result<Linearised, IdentifyError> {
-        let form = self.problem.form;
-        let Some(reference) = form.reference() else { return Ok(at) };
-        let (whitener, value) = self.alone(model, &at);
-        let held = Followed { value, misfits: reference.misfit_by_joint.clone() };
-        let mut best: Option<(LoggedTorques, Candidate, Followed)> = None;
-        for share in MOMENTS {
-            let torques = LoggedTorques { early: share * form.layout().period, ..reference.torques };
-            let (before, found) = best.as_ref().map_or((&*model, &held), |(_, model, found)| (model, found));
-            let mut tried = before.again(self.problem)?;
-            match self.followed_taking(torques, &mut tried) {
-                Some(now) if now.is_better_than(found, form.layout()) => best = Some((torques, tried, now)),
-                _ => break,
-            }
-        }
-        let Some((torques, tried, _)) = best else {
-            form.adopt(&reference);
-            return Ok(at);
-        };
-        form.begin_anew(torques);
-        *model = tried;
-        Ok(self.led(model, &RENEWALS, |model| self.descended(model, &whitener), true))
-    }
-
-    // How a model does that has followed logged torques taken so.
-    fn followed_taking(&self, torques: LoggedTorques, model: &mut Candidate) -> Option<Followed> {
-        self.problem.form.begin_anew(torques);
-        self.followed(model, Start::Kernel);
-        let (_, _, [_, value]) = self.followed(model, Start::Reference);
-        let misfits = self.problem.form.reference()?.misfit_by_joint.clone();
-        Some(Followed { value, misfits })
     }
 
     // Torque noise that moves the joints is in their accelerations: without it, if that makes the log likelier.
@@ -330,48 +284,5 @@ impl Search<'_> {
         let (reference, slopes) = (problem.form.reference(), problem.slopes);
         let scores = OnceLock::new();
         Ok(State { fitted, whitener, accepted, trials, columns, scores, reference, slopes })
-    }
-}
-
-// How a model does about a motion that it has led: its objective under the noise that it leaves, and −2 log likelihood by
-// joint.
-struct Followed {
-    value: f64,
-    misfits: Vec<f64>,
-}
-
-impl Followed {
-    // What an effect leaves that is missing may shrink a little by a wrong time, too; the log is then less likely. Where
-    // `layout` says that much is left even so, only what joint after joint says counts.
-    fn is_better_than(&self, other: &Self, layout: &Layout) -> bool {
-        let misfit = |of: &Self| of.misfits.iter().sum::<f64>();
-        let is_likelier = || misfit(self) < misfit(other);
-        let fits = self.value < HALF * other.value || (self.value < CLEARLY * other.value && is_likelier());
-        let is_told_by_joints = || is_likelier_by_joints(&other.misfits, &self.misfits);
-        self.value < other.value - FALLS && ((fits && !layout.is_much(self.value)) || is_told_by_joints())
-    }
-}
-
-// True if another way to take logged torques makes the log likelier by joint after joint: it is the same for all of them,
-// where an effect that one of them lacks may ask for it at the cost of others.
-fn is_likelier_by_joints(before: &[f64], after: &[f64]) -> bool {
-    let changes = || before.iter().zip(after).map(|(before, after)| after - before);
-    let (rise, fall) = changes().fold((0.0, 0.0), |(rise, fall), x| (rise + x.max(0.0), fall - x.min(0.0)));
-    changes().filter(|x| *x < -FALLS).count() > 1 && rise < AT_COST * fall
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn how_torques_are_logged_is_the_same_for_all_joints() {
-        let before = [-5000.0, -7000.0, -6000.0];
-        let with =
-            |changes: [f64; 3]| -> Vec<f64> { before.iter().zip(changes).map(|(b, c)| b + c).collect() };
-        assert!(is_likelier_by_joints(&before, &with([-900.0, -40.0, 20.0])));
-        // One joint alone asks for it: it may lack an effect.
-        assert!(!is_likelier_by_joints(&before, &with([-900.0, 30.0, 20.0])));
-        assert!(!is_likelier_by_joints(&before, &with([-900.0, -900.0, 2000.0])));
     }
 }

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use crate::least_squares::dot;
 use crate::record::{Record, Reduction, Sensors};
 
@@ -9,6 +11,8 @@ use crate::record::{Record, Reduction, Sensors};
 const MOST_PERIODS: usize = 140;
 // Fewest periods in the range moved.
 const FEWEST_PERIODS: f64 = 2.5;
+// Waves whose rows are made together.
+const TOGETHER: usize = 16;
 // Peaks taken from one channel, and in all.
 const PEAKS: usize = 3;
 const MOST: usize = 6;
@@ -27,7 +31,8 @@ type Pairs = Vec<[Vec<f64>; 2]>;
 impl Waves {
     /// The waves of every joint that moves far enough.
     pub fn of(records: &[Record], sensors: &Sensors) -> Vec<Self> {
-        sensors.moving().filter_map(|dof| Self::of_joint(records, sensors, dof)).collect()
+        let joints: Vec<usize> = sensors.moving().collect();
+        joints.into_par_iter().filter_map(|dof| Self::of_joint(records, sensors, dof)).collect()
     }
 
     fn of_joint(records: &[Record], sensors: &Sensors, dof: usize) -> Option<Self> {
@@ -37,39 +42,39 @@ impl Waves {
             return None;
         }
         let first = ((FEWEST_PERIODS * std::f64::consts::TAU / range).ceil() as usize).max(4);
-        // By run: sin nθ and cos nθ for every n, one after the other.
-        let series = |r: &Record| -> Vec<Vec<f64>> {
-            let turn: Vec<(f64, f64)> = r.theta[dof].iter().map(|t| t.sin_cos()).collect();
-            let mut wave: Vec<(f64, f64)> =
-                r.theta[dof].iter().map(|t| (first as f64 * t).sin_cos()).collect();
-            let mut all = Vec::with_capacity(2 * (MOST_PERIODS + 1 - first));
-            for _ in first..=MOST_PERIODS {
-                all.push(wave.iter().map(|w| w.0).collect());
-                all.push(wave.iter().map(|w| w.1).collect());
-                // sin (n + 1)θ = sin nθ cos θ + cos nθ sin θ,  cos (n + 1)θ alike
-                for ((s, c), (st, ct)) in wave.iter_mut().zip(&turn) {
-                    (*s, *c) = (*s * ct + *c * st, *c * ct - *s * st);
-                }
-            }
-            all
-        };
-        let pairs = |channel: usize| -> Arc<Pairs> {
-            let mut pairs: Pairs = vec![Default::default(); MOST_PERIODS + 1 - first];
-            for record in records {
-                let rows = record.generic_rows(channel, &series(record));
-                for (k, rows) in rows.into_iter().enumerate() {
-                    pairs[k / 2][k % 2].extend(rows);
-                }
-            }
-            Arc::new(pairs)
-        };
-        let own = (0..sensors.channels.len()).filter(|&c| sensors.channels[c].dof == dof);
+        let own: Vec<usize> =
+            (0..sensors.channels.len()).filter(|&c| sensors.channels[c].dof == dof).collect();
         let differ = records.iter().any(|r| matches!(r.reduction, Reduction::Innovations(_)));
-        let mut channels: Vec<(usize, Arc<Pairs>)> = Vec::new();
-        for channel in own {
-            let shared = channels.first().filter(|_| !differ).map(|(_, pairs)| Arc::clone(pairs));
-            channels.push((channel, shared.unwrap_or_else(|| pairs(channel))));
+        let count = MOST_PERIODS + 1 - first;
+        let mut told: Vec<Pairs> =
+            vec![vec![Default::default(); count]; if differ { own.len() } else { own.len().min(1) }];
+        for record in records {
+            let turn: Vec<(f64, f64)> = record.theta[dof].iter().map(|t| t.sin_cos()).collect();
+            let mut wave: Vec<(f64, f64)> =
+                record.theta[dof].iter().map(|t| (first as f64 * t).sin_cos()).collect();
+            for begin in (0..count).step_by(TOGETHER) {
+                // sin nθ and cos nθ of some n, one after the other.
+                let mut series: Vec<Vec<f64>> = Vec::with_capacity(2 * TOGETHER);
+                for _ in begin..count.min(begin + TOGETHER) {
+                    series.push(wave.iter().map(|w| w.0).collect());
+                    series.push(wave.iter().map(|w| w.1).collect());
+                    // sin (n + 1)θ = sin nθ cos θ + cos nθ sin θ,  cos (n + 1)θ alike
+                    for ((s, c), (st, ct)) in wave.iter_mut().zip(&turn) {
+                        (*s, *c) = (*s * ct + *c * st, *c * ct - *s * st);
+                    }
+                }
+                for (pairs, &channel) in told.iter_mut().zip(&own) {
+                    for (k, rows) in record.generic_rows(channel, &series).into_iter().enumerate() {
+                        pairs[begin + k / 2][k % 2].extend(rows);
+                    }
+                }
+            }
         }
+        let mut told = told.into_iter().map(Arc::new);
+        let shared = told.next()?;
+        let rest =
+            own[1..].iter().map(|&channel| (channel, told.next().unwrap_or_else(|| Arc::clone(&shared))));
+        let channels = std::iter::once((own[0], Arc::clone(&shared))).chain(rest).collect();
         Some(Self { dof, first, channels })
     }
 

@@ -9,6 +9,8 @@
 
 use std::ops::Range;
 
+use sinew_model::wide;
+
 use super::kalman::Gains;
 use super::system::{Deviations, SENSORS, Shown, System, Torques};
 use crate::least_squares::add;
@@ -41,6 +43,10 @@ pub(super) fn one_by_one<const W: usize>(
     }
 }
 
+// Numbers of a register of the widest machines.
+#[cfg(target_arch = "x86_64")]
+const EIGHT: usize = 8;
+
 impl Filters {
     /// Sums of `every` whitened innovations, each by √every, of the sensors of every joint, for W sets of inputs at
     /// once. `fill(joint, first, inputs)` gives those of a joint in the samples from `first` on.
@@ -49,16 +55,30 @@ impl Filters {
         fill: impl FnMut(usize, usize, &mut [Inputs<W>]),
     ) -> Vec<SensorRows<W>> {
         #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2") {
+        if W >= EIGHT && wide::eight() {
             // SAFETY: the machine has the instructions that the function is compiled for.
-            return unsafe { self.run_avx2(fill) };
+            return unsafe { self.run_in_eights(fill) };
+        }
+        #[cfg(target_arch = "x86_64")]
+        if wide::four() {
+            // SAFETY: as above.
+            return unsafe { self.run_in_fours(fill) };
         }
         self.run(fill)
     }
 
     #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx512f,avx512dq")]
+    fn run_in_eights<const W: usize>(
+        &self,
+        fill: impl FnMut(usize, usize, &mut [Inputs<W>]),
+    ) -> Vec<SensorRows<W>> {
+        self.run(fill)
+    }
+
+    #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn run_avx2<const W: usize>(
+    fn run_in_fours<const W: usize>(
         &self,
         fill: impl FnMut(usize, usize, &mut [Inputs<W>]),
     ) -> Vec<SensorRows<W>> {
@@ -99,6 +119,45 @@ impl Filters {
 
     /// Rows of one joint that W sets of torques give it, the other joints left out: good enough for what is not physics.
     pub fn rows_alone<const W: usize>(
+        &self,
+        joint: usize,
+        torques: impl Fn(usize) -> Torques<W>,
+    ) -> SensorRows<W> {
+        #[cfg(target_arch = "x86_64")]
+        if W >= EIGHT && wide::eight() {
+            // SAFETY: the machine has the instructions that the function is compiled for.
+            return unsafe { self.run_alone_in_eights(joint, torques) };
+        }
+        #[cfg(target_arch = "x86_64")]
+        if wide::four() {
+            // SAFETY: as above.
+            return unsafe { self.run_alone_in_fours(joint, torques) };
+        }
+        self.run_alone(joint, torques)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx512f,avx512dq")]
+    fn run_alone_in_eights<const W: usize>(
+        &self,
+        joint: usize,
+        torques: impl Fn(usize) -> Torques<W>,
+    ) -> SensorRows<W> {
+        self.run_alone(joint, torques)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn run_alone_in_fours<const W: usize>(
+        &self,
+        joint: usize,
+        torques: impl Fn(usize) -> Torques<W>,
+    ) -> SensorRows<W> {
+        self.run_alone(joint, torques)
+    }
+
+    #[inline(always)]
+    fn run_alone<const W: usize>(
         &self,
         joint: usize,
         torques: impl Fn(usize) -> Torques<W>,
