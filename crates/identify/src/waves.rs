@@ -38,16 +38,12 @@ impl Waves {
     fn of_joint(records: &[Record], sensors: &Sensors, dof: usize) -> Option<Self> {
         let all = || records.iter().flat_map(|r| r.theta[dof].iter().copied());
         let range = all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min);
-        if range <= 0.0 {
-            return None;
-        }
-        let first = ((FEWEST_PERIODS * std::f64::consts::TAU / range).ceil() as usize).max(4);
+        let (first, count) = periods(range)?;
         let own: Vec<usize> =
             (0..sensors.channels.len()).filter(|&c| sensors.channels[c].dof == dof).collect();
         let differ = records.iter().any(|r| matches!(r.reduction, Reduction::Innovations(_)));
-        let count = MOST_PERIODS + 1 - first;
-        let mut told: Vec<Pairs> =
-            vec![vec![Default::default(); count]; if differ { own.len() } else { own.len().min(1) }];
+        let differing = if differ { own.len() } else { own.len().min(1) };
+        let mut told: Vec<Pairs> = vec![vec![Default::default(); count]; differing];
         for record in records {
             let turn: Vec<(f64, f64)> = record.theta[dof].iter().map(|t| t.sin_cos()).collect();
             let mut wave: Vec<(f64, f64)> =
@@ -70,11 +66,10 @@ impl Waves {
                 }
             }
         }
-        let mut told = told.into_iter().map(Arc::new);
-        let shared = told.next()?;
-        let rest =
-            own[1..].iter().map(|&channel| (channel, told.next().unwrap_or_else(|| Arc::clone(&shared))));
-        let channels = std::iter::once((own[0], Arc::clone(&shared))).chain(rest).collect();
+        let told: Vec<Arc<Pairs>> = told.into_iter().map(Arc::new).collect();
+        let last = told.len().checked_sub(1)?;
+        let of = |(k, channel): (usize, usize)| (channel, Arc::clone(&told[k.min(last)]));
+        let channels = own.into_iter().enumerate().map(of).collect();
         Some(Self { dof, first, channels })
     }
 
@@ -102,9 +97,31 @@ impl Waves {
     }
 }
 
+// The fewest periods a turn that are tried in a range of positions, rad, and how many are; none in one that is too small.
+fn periods(range: f64) -> Option<(usize, usize)> {
+    let first = ((FEWEST_PERIODS * std::f64::consts::TAU / range).ceil() as usize).max(4);
+    let count = (MOST_PERIODS + 1).checked_sub(first)?;
+    (range > 0.0 && count > 0).then_some((first, count))
+}
+
 // Squared residual that a sine and a cosine explain together.
 fn explained([s, c]: &[Vec<f64>; 2], e: &[f64]) -> f64 {
     let (ss, cc, sc, se, ce) = (dot(s, s), dot(c, c), dot(s, c), dot(s, e), dot(c, e));
     let determinant = (ss * cc - sc * sc).max(1e-12);
     (cc * se * se - 2.0 * sc * se * ce + ss * ce * ce) / determinant
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Two and a half of 140 periods are 0.112 rad.
+    #[test]
+    fn a_joint_that_hardly_moves_has_no_waves() {
+        assert_eq!(periods(7.0), Some((4, 137)));
+        assert_eq!(periods(0.1123), Some((140, 1)));
+        for range in [0.112, 1e-6, 0.0, f64::NEG_INFINITY] {
+            assert_eq!(periods(range), None);
+        }
+    }
 }
