@@ -19,7 +19,7 @@ use crate::record::Channel;
 use crate::remainder::left_of_channels;
 use crate::report::{Finding, Refusal, Verdict};
 use crate::search::{Accepted as Entry, Search, State};
-use crate::surrogate::{FalseAcceptance, counted, sentence, surrogates};
+use crate::surrogate::{self, FalseAcceptance, sentence};
 use crate::trial::Trial;
 use crate::verdict::{channels, word};
 use crate::{IdentifyError, Options};
@@ -199,7 +199,7 @@ fn false_acceptance(search: &Search, state: &State) -> Result<Option<FalseAccept
     if !few || state.accepted.is_empty() {
         return Ok(None);
     }
-    Ok(Some(counted(&surrogates(search, state)?)))
+    surrogate::false_acceptance(search, state).map(Some)
 }
 
 impl Diagnosis {

@@ -6,7 +6,9 @@
 use sinew_model::EffectSpec;
 
 use crate::IdentifyError;
-use crate::explore::{CHANCE, Rung, Unseen, WORSE, accepted_without, error, evidence_between, rung, without};
+use crate::explore::{
+    CHANCE, Rung, Unseen, WORSE, accepted_without, error, evidence_between, is_likelier, rung, without,
+};
 use crate::gates::z_between;
 use crate::problem::{Candidate, Problem, refine};
 use crate::refit::{Fitted, Refit};
@@ -123,11 +125,8 @@ fn compared(
     let (rivals, others) = (Vec::new(), Vec::new());
     accepted.push(Accepted { trial: other.trial.clone(), effect, evidence, rivals, others });
     let next = search.settled_anew(with.model, |model| search.descended(model, whitener), accepted)?;
-    let likelier = match (reference, &next.reference) {
-        (Some(before), Some(after)) => after.misfit() < before.misfit() - CHANCE,
-        _ => error(search, &next, unseen) < error(search, state, unseen),
-    };
-    if likelier && error(search, &next, unseen) < WORSE * error(search, state, unseen) {
+    let is_likelier = is_likelier(search, state, &next, CHANCE, unseen);
+    if is_likelier && error(search, &next, unseen) < WORSE * error(search, state, unseen) {
         return Ok(Compared::Better(Box::new(next), gain));
     }
     reference.iter().for_each(|reference| problem.form.adopt(reference));

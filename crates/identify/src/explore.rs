@@ -353,6 +353,21 @@ pub(crate) fn error(search: &Search, state: &State, unseen: Option<&Unseen>) -> 
     crate::comparison::total(search, &state.fitted.at.residual, &state.whitener.floors())
 }
 
+/// True if −2 log likelihood falls by more than `by` from one settled state to another, each about its own motion; where
+/// there is none, if the error gets smaller.
+pub(crate) fn is_likelier(
+    search: &Search,
+    before: &State,
+    after: &State,
+    by: f64,
+    unseen: Option<&Unseen>,
+) -> bool {
+    match (&before.reference, &after.reference) {
+        (Some(old), Some(new)) => old.misfit() - new.misfit() > by,
+        _ => error(search, after, unseen) < error(search, before, unseen),
+    }
+}
+
 /// A model without one of its accepted effects.
 pub(crate) fn without(
     problem: &Problem,

@@ -34,7 +34,7 @@ use filter::Filters;
 use kalman::{GROUP, Kalman};
 use linearise::{Along, INERTIA_EVERY};
 use motion::{Even, Motion};
-use pass::Pass;
+use pass::{Misfits, Pass};
 pub(crate) use rows::Innovations;
 use rows::JointChannels;
 use system::{Linear, MOST_JOINTS, Readings, System};
@@ -182,37 +182,21 @@ impl Innovation {
         joints().flat_map(|i| joints().map(move |j| matrix[i * nv + j])).collect()
     }
 
-    // A motion that is too rough turns friction about at the wrong time, one that is too smooth turns it late: model and noise
-    // are led to agree with each other.
     fn renewed(&self, plant: &Plant, p: &[f64], from: Start) -> Reference {
         let present = self.present();
         let torques = present.torques;
         let about = |motions| Pass::new(self, motions, torques.early, plant, p);
-        let (motions, mut noise) = match from {
-            Start::Kernel => (self.smooth.clone(), None),
-            Start::Reference => (present.motions.clone(), Some(present.torque_noise.clone())),
-        };
-        let mut pass = match from {
-            Start::Kernel => about(motions).without_slip(),
-            Start::Reference => about(motions),
-        };
-        for round in 0..ROUNDS {
-            let found = pass.torque_noise(noise.as_deref());
-            let (smoothed, before) = pass.smoothed(&found);
-            let next = if from == Start::Kernel && round == 0 { pass.held(smoothed) } else { smoothed };
-            let fall;
-            (pass, fall) = pass.bettered(next, &before, &found, about);
-            let alike = |(a, b): (&f64, &f64)| (a / b).ln().abs() < SETTLED_NOISE;
-            let settled = noise.as_ref().is_some_and(|n| n.iter().zip(&found).all(alike));
-            noise = Some(found);
-            if fall.is_none_or(|fall| settled && fall < SETTLED_MISFIT) {
-                break;
+        let Settled { pass, noise, misfits } = match from {
+            Start::Kernel => {
+                let pass = about(self.smooth.clone()).without_slip();
+                let noise = pass.torque_noise(None);
+                Settled::of(pass, noise)
             }
-        }
-        let noise = noise.unwrap_or_default();
-        let misfit_by_joint = pass.misfit_by_joint(&noise);
+            Start::Reference => self.settled(&present, about),
+            Start::Same => Settled::of(about(present.motions.clone()), present.torque_noise.clone()),
+        };
         let noise_matters = pass.noise_matters(&noise);
-        let motions = pass.motions.clone();
+        let motions = if from == Start::Kernel { pass.held() } else { pass.motions.clone() };
         let commanded = torques.move_without_noise.then(|| pass.commanded(&noise));
         let (records, smooth, measured) = pass.frozen(&noise, commanded.as_deref(), (plant, p));
         Reference {
@@ -220,11 +204,45 @@ impl Innovation {
             smooth,
             measured,
             torque_noise: noise,
-            misfit_by_joint,
+            misfit_by_joint: misfits.by_joint(),
             torques,
             noise_matters,
             motions,
         }
+    }
+
+    // A motion that is too rough turns friction about at the wrong time, one that is too smooth turns it late: model and noise
+    // are led to agree with each other, from the motion of the present reference.
+    fn settled<'a>(&'a self, present: &Reference, about: impl Fn(Vec<Motion>) -> Pass<'a>) -> Settled<'a> {
+        let mut pass = about(present.motions.clone());
+        let mut before = present.torque_noise.clone();
+        let mut rounds = 0;
+        loop {
+            let noise = pass.torque_noise(Some(&before));
+            let (smoothed, of_pass) = pass.smoothed(&noise);
+            let (next, misfits, fall) = pass.bettered(smoothed, of_pass, &noise, &about);
+            rounds += 1;
+            let is_alike = before.iter().zip(&noise).all(|(a, b)| (a / b).ln().abs() < SETTLED_NOISE);
+            let is_settled = fall.is_none_or(|fall| is_alike && fall < SETTLED_MISFIT);
+            if is_settled || rounds == ROUNDS {
+                return Settled { pass: next, noise, misfits };
+            }
+            (pass, before) = (next, noise);
+        }
+    }
+}
+
+// A pass whose motion agrees with the noise that was found along it.
+struct Settled<'a> {
+    pass: Pass<'a>,
+    noise: Vec<f64>,
+    misfits: Misfits,
+}
+
+impl<'a> Settled<'a> {
+    fn of(pass: Pass<'a>, noise: Vec<f64>) -> Self {
+        let misfits = pass.misfits(&noise);
+        Self { pass, noise, misfits }
     }
 }
 
@@ -294,7 +312,7 @@ impl ResidualForm for Innovation {
     }
     fn misfit(&self, about: &Reference, torque_noise: &[f64], plant: &Plant, p: &[f64]) -> Option<f64> {
         let pass = Pass::new(self, about.motions.clone(), about.torques.early, plant, p);
-        Some(pass.misfits(torque_noise).iter().sum())
+        Some(pass.misfits(torque_noise).sum())
     }
     fn adopt(&self, reference: &Arc<Reference>) {
         *self.reference.write().unwrap_or_else(PoisonError::into_inner) = Arc::clone(reference);

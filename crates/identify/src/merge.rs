@@ -10,7 +10,7 @@ use sinew_effect::{Card, Catalogue, PlaceKind};
 use sinew_model::Place;
 
 use crate::IdentifyError;
-use crate::explore::{CHANCE, Rung, Unseen, accepted_without, error, rung, without};
+use crate::explore::{CHANCE, Rung, Unseen, accepted_without, is_likelier, rung, without};
 use crate::problem::Candidate;
 use crate::search::{Accepted, Round, Search, State};
 use crate::trial::How;
@@ -33,20 +33,12 @@ pub(crate) fn merged(
         if rivals.is_empty() {
             continue;
         }
-        let reference = state.reference.clone();
-        let Some(next) = with_one_for(search, state, name, &rivals, rungs.len())? else {
-            reference.iter().for_each(|reference| search.problem.form.adopt(reference));
+        let tried = with_one_for(search, state, name, &rivals, rungs.len())?;
+        let holds = |next: &State| next.is_finite() && is_likelier(search, state, next, -CHANCE, unseen);
+        let Some(next) = tried.filter(holds) else {
+            state.reference.iter().for_each(|reference| search.problem.form.adopt(reference));
             continue;
         };
-        let is_as_likely = if reference.is_some() {
-            next.misfit() < state.misfit() + CHANCE
-        } else {
-            error(search, &next, unseen) <= error(search, state, unseen)
-        };
-        if !is_as_likely || !next.is_finite() {
-            reference.iter().for_each(|reference| search.problem.form.adopt(reference));
-            continue;
-        }
         let by = next.accepted.last().map_or(String::new(), |entry| entry.trial.label());
         let mut labels: Vec<String> = Vec::new();
         for entry in &several {

@@ -66,11 +66,13 @@ pub(crate) struct LoggedTorques {
 /// The motion that a new reference is led from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Start {
-    /// That of the smoothing kernel. A motion that another model has made rough, and the noise that it was found to have,
-    /// would confirm each other.
+    /// That of the smoothing kernel, not led on: for a model that is to be fitted first. A motion that another model has made
+    /// rough, and the noise that it was found to have, would confirm each other.
     Kernel,
     /// The present reference: for a model whose parameters have changed a little.
     Reference,
+    /// The same with its noise, and not led on: for what is read of a motion in another way.
+    Same,
 }
 
 /// The instants of a run at which a model is evaluated.

@@ -13,7 +13,10 @@ use crate::search::{Accepted, Saturated, Search, State};
 // What each reference of a model is led from, the squared length of what they may differ by, and what −2 log likelihood or
 // an objective falls by where it is no chance.
 pub(crate) const RENEWALS: [Start; 3] = [Start::Kernel, Start::Reference, Start::Reference];
-const ONCE_MORE: [Start; 2] = [Start::Reference, Start::Reference];
+const ONCE_MORE: [Start; 2] = [Start::Reference; 2];
+// The base is fitted about the kernel's motion already; without the torque noise that acts, a motion is read in another way.
+const OF_BASE: [Start; 3] = [Start::Reference; 3];
+const WITHOUT_NOISE: [Start; 2] = [Start::Same, Start::Reference];
 const HOLDS: f64 = 10.0;
 pub(crate) const FALLS: f64 = 10.0;
 // The share of the objective by which they may differ besides where derivatives are taken about the reference.
@@ -28,7 +31,7 @@ const FAR_BENT: f64 = 10.0;
 impl Search<'_> {
     /// A base settled about a reference of its own, with the logged torques taken as the log says.
     pub fn settled_base(&self, mut model: Candidate, at: Linearised) -> Result<State, IdentifyError> {
-        let at = self.led(&mut model, &RENEWALS, |_| at, true);
+        let at = self.led(&mut model, &OF_BASE, |_| at, true);
         let at = self.with_torques_of_moments(&mut model, at)?;
         let at = self.without_noise(&mut model, at)?;
         self.settled(model, at, Vec::new())
@@ -202,7 +205,7 @@ impl Search<'_> {
         let Some(reference) = form.reference().filter(|r| r.noise_matters) else { return Ok(at) };
         form.begin_anew(LoggedTorques { move_without_noise: true, ..reference.torques });
         let mut tried = model.again(self.problem)?;
-        let renewed = self.renewed(&mut tried, &ONCE_MORE);
+        let renewed = self.renewed(&mut tried, &WITHOUT_NOISE);
         let falls = form.reference().is_some_and(|now| now.misfit() < reference.misfit() - FALLS);
         Ok(match renewed {
             Some((found, _)) if falls => {

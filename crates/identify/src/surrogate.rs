@@ -29,6 +29,9 @@ use crate::{IdentifyError, Options};
 
 /// Surrogates of each kind.
 pub(crate) const SURROGATES: u64 = 10;
+const KINDS: [Turned; 2] = [Turned::Flipped, Turned::Shifted];
+// Pairs of surrogates tried between two looks at whether the rest could still change the answer.
+const PAIRS_AT_A_TIME: usize = 2;
 // Chance of a false acceptance beyond which a log cannot decide.
 const MOST_WRONG: f64 = 0.2;
 
@@ -52,11 +55,11 @@ pub struct SurrogateReport {
 }
 
 /// How often the search accepts an effect on surrogates of the log.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct FalseAcceptance {
     /// Surrogates on which something was accepted.
     pub accepted: usize,
-    /// Surrogates tried.
+    /// Surrogates tried: all, or as many as it took to see that the log cannot decide.
     pub surrogates: usize,
 }
 
@@ -88,7 +91,7 @@ pub fn trial(
         let base = search.base(begun.prepared.base_specs(robot, catalogue))?;
         let explored = explore(search, base, None)?;
         let surrogates = surrogates(search, &explored.state)?;
-        let false_acceptance = counted(&surrogates);
+        let false_acceptance = FalseAcceptance::of(&surrogates);
         let sentence = sentence(&false_acceptance);
         let effects: Vec<String> = explored.state.accepted.iter().map(|a| a.trial.label()).collect();
         let is_named = !effects.is_empty();
@@ -97,12 +100,11 @@ pub fn trial(
     })
 }
 
-pub(crate) fn counted(surrogates: &[SurrogateReport]) -> FalseAcceptance {
-    let accepted = surrogates.iter().filter(|s| s.accepted.is_some()).count();
-    FalseAcceptance { accepted, surrogates: surrogates.len() }
-}
-
 impl FalseAcceptance {
+    fn of(surrogates: &[SurrogateReport]) -> Self {
+        let accepted = surrogates.iter().filter(|s| s.accepted.is_some()).count();
+        Self { accepted, surrogates: surrogates.len() }
+    }
     /// The chance that the search accepts an effect where nothing is missing, by Laplace's rule of succession.
     pub(crate) fn chance(&self) -> f64 {
         (self.accepted + 1) as f64 / (self.surrogates + 2) as f64
@@ -110,6 +112,10 @@ impl FalseAcceptance {
     /// True if a log with this count can carry names.
     pub(crate) fn decides(&self) -> bool {
         self.chance() <= MOST_WRONG
+    }
+    // The same with nothing accepted on those not tried yet.
+    fn may_decide(&self) -> bool {
+        Self { surrogates: KINDS.len() * SURROGATES as usize, ..*self }.decides()
     }
 }
 
@@ -129,23 +135,42 @@ pub(crate) fn sentence(count: &FalseAcceptance) -> String {
 }
 
 /// The search of one more effect on surrogates of the runs, with the model of `state` as the truth.
-pub(crate) fn surrogates(search: &Search, state: &State) -> Result<Vec<SurrogateReport>, IdentifyError> {
-    let kinds = [Turned::Flipped, Turned::Shifted];
-    let all: Vec<(Turned, u64)> =
-        kinds.into_iter().flat_map(|k| (0..SURROGATES).map(move |s| (k, s))).collect();
-    all.into_par_iter()
-        .map(|(turned, number)| {
-            let layout = search.problem.form.layout();
-            let seed = search.problem.options.seed.wrapping_mul(1009).wrapping_add(number);
-            let residual = &state.fitted.at.residual;
-            let shift = match turned {
-                Turned::Flipped => flipped(layout, residual, seed),
-                Turned::Shifted => shifted(layout, residual, seed),
-            };
-            let accepted = first_accepted(search, state, shift)?;
-            Ok(SurrogateReport { turned, accepted })
-        })
-        .collect()
+fn surrogates(search: &Search, state: &State) -> Result<Vec<SurrogateReport>, IdentifyError> {
+    tried(search, state, KINDS.into_iter().flat_map(|kind| (0..SURROGATES).map(move |n| (kind, n))).collect())
+}
+
+/// How often an effect is accepted on surrogates, counted until it is plain that the log cannot decide.
+pub(crate) fn false_acceptance(search: &Search, state: &State) -> Result<FalseAcceptance, IdentifyError> {
+    let pairs: Vec<u64> = (0..SURROGATES).collect();
+    let mut reports = Vec::new();
+    for some in pairs.chunks(PAIRS_AT_A_TIME) {
+        let of_both = some.iter().flat_map(|&n| KINDS.map(|kind| (kind, n))).collect();
+        reports.extend(tried(search, state, of_both)?);
+        if !FalseAcceptance::of(&reports).may_decide() {
+            break;
+        }
+    }
+    Ok(FalseAcceptance::of(&reports))
+}
+
+// What is accepted on each of these surrogates, by kind and number.
+fn tried(
+    search: &Search,
+    state: &State,
+    which: Vec<(Turned, u64)>,
+) -> Result<Vec<SurrogateReport>, IdentifyError> {
+    let layout = search.problem.form.layout();
+    let residual = &state.fitted.at.residual;
+    let of = |(turned, number): (Turned, u64)| {
+        let seed = search.problem.options.seed.wrapping_mul(1009).wrapping_add(number);
+        let rows = match turned {
+            Turned::Flipped => flipped(layout, residual, seed),
+            Turned::Shifted => shifted(layout, residual, seed),
+        };
+        let accepted = first_accepted(search, state, rows)?;
+        Ok(SurrogateReport { turned, accepted })
+    };
+    which.into_par_iter().map(of).collect()
 }
 
 fn first_accepted(search: &Search, state: &State, turned: Vec<f64>) -> Result<Option<String>, IdentifyError> {
@@ -262,6 +287,15 @@ mod tests {
                 assert_eq!(moved, rows[run + 1..run + 4]);
             }
         }
+    }
+
+    #[test]
+    fn counting_ends_where_the_rest_cannot_change_the_answer() {
+        // (3 + 1)/(20 + 2) = 0.18, (4 + 1)/(20 + 2) = 0.23, and what was not tried can only lower the chance.
+        let after = |accepted, surrogates| FalseAcceptance { accepted, surrogates };
+        assert!(after(3, 4).may_decide() && !after(3, 4).decides());
+        assert!(!after(4, 4).may_decide() && !after(4, 4).decides());
+        assert!(!after(4, 20).may_decide() && after(3, 20).decides());
     }
 
     #[test]

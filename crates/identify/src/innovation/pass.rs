@@ -24,6 +24,24 @@ use crate::series::delivered;
 const TRIES: usize = 3;
 const WORSE: f64 = 0.01;
 
+/// −2 log likelihood by run and joint.
+pub(super) struct Misfits(Vec<Vec<f64>>);
+
+impl Misfits {
+    fn by_run(&self) -> impl Iterator<Item = f64> {
+        self.0.iter().map(|of_joints| of_joints.iter().sum())
+    }
+
+    pub fn by_joint(&self) -> Vec<f64> {
+        let joints = self.0.first().map_or(0, Vec::len);
+        (0..joints).map(|joint| self.0.iter().map(|of_joints| of_joints[joint]).sum()).collect()
+    }
+
+    pub fn sum(&self) -> f64 {
+        self.by_run().sum()
+    }
+}
+
 /// A pass of the model along the present motions of all runs.
 pub(super) struct Pass<'a> {
     pub form: &'a Innovation,
@@ -89,11 +107,11 @@ impl<'a> Pass<'a> {
         self.inputs[run][joint][k]
     }
 
-    /// The motions with the smoothed deviation added, and −2 log likelihood of every run without it. Friction near rest takes a motor
+    /// The motions with the smoothed deviation added, and −2 log likelihood without it. Friction near rest takes a motor
     /// to its velocity within a sample, so that nothing shows the first one, and a link that begins with a wrong one swings for
     /// long: from pass to pass both would leave all reason. A run begins with the kernel's motion, which fades out while its springs
     /// are led.
-    pub fn smoothed(&self, noise: &[f64]) -> (Vec<Motion>, Vec<f64>) {
+    pub fn smoothed(&self, noise: &[f64]) -> (Vec<Motion>, Misfits) {
         let mut motions = self.motions.clone();
         // σ of a velocity goes with the noise of the torque to the power of ¾; what a model leaves besides makes none unsure.
         let own = self.form.own_noise(noise);
@@ -105,7 +123,7 @@ impl<'a> Pass<'a> {
         });
         let (smoothed, misfits): (Vec<Vec<_>>, Vec<Vec<_>>) =
             smoothed.into_iter().map(|groups| groups.into_iter().unzip()).unzip();
-        let misfits = misfits.into_iter().map(|groups: Vec<Vec<f64>>| groups.into_iter().flatten().sum());
+        let misfits = misfits.iter().map(|groups: &Vec<Vec<f64>>| groups.concat()).collect();
         let runs = motions.iter_mut().zip(smoothed).zip(&self.systems).zip(&self.form.smooth);
         for (((motion, groups), system), kernel) in runs {
             let of_joints = self.form.joints.iter().zip(&shares).zip(groups.into_iter().flatten());
@@ -124,7 +142,7 @@ impl<'a> Pass<'a> {
                 }
             }
         }
-        (motions, misfits.collect())
+        (motions, Misfits(misfits))
     }
 
     // What `work` gives, and the likelihood that it tells of every joint of a group in a run.
@@ -146,58 +164,47 @@ impl<'a> Pass<'a> {
         if k < self.systems[run].led || is_left_out() { 0.0 } else { value }
     }
 
-    /// The pass along the motions asked for, and by how much −2 log likelihood falls from what that of every run was `before`.
+    /// The pass along the motions asked for, its −2 log likelihood, and by how much that falls from what it was `before`.
     /// Friction near rest bends within less than a smoother's correction, which may then lead further off than it came from: where
     /// a run fits worse, half of the way is tried; if one still does, this pass and none. A pass of a long log is large, so one at
     /// a time is kept.
     pub fn bettered(
         self,
         mut motions: Vec<Motion>,
-        before: &[f64],
+        before: Misfits,
         noise: &[f64],
         about: impl Fn(Vec<Motion>) -> Self,
-    ) -> (Self, Option<f64>) {
+    ) -> (Self, Misfits, Option<f64>) {
         let lengths: Vec<f64> = self.records.iter().map(|record| record.len() as f64).collect();
         let present = self.into_motions();
         for _ in 0..TRIES {
             let next = about(motions.clone());
             let after = next.misfits(noise);
-            let worse: Vec<bool> = (after.iter().zip(before).zip(&lengths))
-                .map(|((after, before), length)| *after > before + WORSE * length)
+            let worse: Vec<bool> = (after.by_run().zip(before.by_run()).zip(&lengths))
+                .map(|((after, before), length)| after > before + WORSE * length)
                 .collect();
             if !worse.contains(&true) {
-                let fall = before.iter().sum::<f64>() - after.iter().sum::<f64>();
-                return (next, Some(fall));
+                let fall = before.sum() - after.sum();
+                return (next, after, Some(fall));
             }
             for ((to, from), _) in motions.iter_mut().zip(&present).zip(&worse).filter(|(_, worse)| **worse) {
                 to.halve(from);
             }
         }
-        (about(present), None)
+        (about(present), before, None)
     }
 
     fn into_motions(self) -> Vec<Motion> {
         self.motions
     }
 
-    /// −2 log likelihood of every run.
-    pub fn misfits(&self, noise: &[f64]) -> Vec<f64> {
-        self.misfits_by_joint(noise).iter().map(|of_joints| of_joints.iter().sum()).collect()
-    }
-
-    /// The same of every joint in all runs.
-    pub fn misfit_by_joint(&self, noise: &[f64]) -> Vec<f64> {
-        let of_runs = self.misfits_by_joint(noise);
-        (0..self.form.joints.len()).map(|joint| of_runs.iter().map(|run| run[joint]).sum()).collect()
-    }
-
-    // By run and joint.
-    fn misfits_by_joint(&self, noise: &[f64]) -> Vec<Vec<f64>> {
+    /// −2 log likelihood of what was measured.
+    pub fn misfits(&self, noise: &[f64]) -> Misfits {
         let misfits = self.of_each_group(noise, |kalman, run| {
             let input = |joint, k| self.input(run, joint, k);
             self.summed(&kalman, run, |told| kalman.misfit(usize::MAX, input, told)).1
         });
-        misfits.into_iter().map(|groups| groups.concat()).collect()
+        Misfits(misfits.into_iter().map(|groups| groups.concat()).collect())
     }
 
     // What `work` gives for each group of joints in each run.
@@ -211,12 +218,13 @@ impl<'a> Pass<'a> {
         (0..self.records.len()).into_par_iter().map(of_run).collect()
     }
 
-    /// A kernel's velocity is that of a smooth motion; where held torques drive it, the jerk of every hold is less than that
-    /// of the whole motion by what the torques step at the samples.
+    /// The motions of a kernel, whose velocities are those of a smooth motion; where held torques drive it, the jerk of every hold
+    /// is less than that of the whole motion by what the torques step at the samples.
     ///
     /// θ_{k+1} − θ_k = h/2 (θ̇_k + θ̇_{k+1}) − h³/12 θ⃛:   δθ̇ = −h²/12 ∂θ̈/∂τ τ̇
-    pub fn held(&self, mut motions: Vec<Motion>) -> Vec<Motion> {
+    pub fn held(&self) -> Vec<Motion> {
         let joints = &self.form.joints;
+        let mut motions = self.motions.clone();
         for ((motion, system), even) in motions.iter_mut().zip(&self.systems).zip(&self.form.runs) {
             let last = system.len().saturating_sub(1);
             for (to, joint) in joints.iter().enumerate() {

@@ -269,7 +269,8 @@ impl System {
             readings,
         };
         let joints: Vec<Joint> = readings.into_par_iter().zip(linear).map(joint).collect();
-        let (mut couplings, mut coupling) = (Vec::new(), Vec::new());
+        // The holds at which joints are coupled anew, and of each hold which of them it goes by.
+        let (mut anew, mut coupling) = (Vec::new(), Vec::new());
         let n = joints.len();
         if n > 1 {
             let samples = joints.iter().map(|j| j.steps.len()).min().unwrap_or(0);
@@ -283,14 +284,18 @@ impl System {
                     period * mobility[i * (n + 1)] * to_first > OUT_OF_DATE
                 };
                 if k % mobility_every == 0 || (0..n).any(changed) {
-                    let at: Vec<&Linear> = linear.iter().map(|l| &l[k]).collect();
-                    let shown: Vec<usize> = joints.iter().map(|j| j.readings.shown).collect();
-                    couplings.push(Coupling::new(&at, &shown, mobility, period));
+                    anew.push(k);
                     last = k;
                 }
-                coupling.push(couplings.len() - 1);
+                coupling.push(anew.len() - 1);
             }
         }
+        let shown: Vec<usize> = joints.iter().map(|j| j.readings.shown).collect();
+        let coupled = |k: usize| {
+            let at: Vec<&Linear> = linear.iter().map(|l| &l[k]).collect();
+            Coupling::new(&at, &shown, &mobility[k / mobility_every], period)
+        };
+        let couplings = anew.into_par_iter().map(coupled).collect();
         let led = (START / period) as usize;
         Self { joints, couplings, coupling, led }
     }
