@@ -225,22 +225,23 @@ fn finished(
 // Adds one effect whatever the gates say: the best of its start values, refitted.
 fn added(search: &mut Search, state: State, spec: &EffectSpec) -> Result<State, IdentifyError> {
     let wanted = spec.place.label(&spec.kind);
+    let layout = search.problem.form.layout();
     let fitted = &state.fitted;
     let own: Vec<usize> = (0..state.trials.len()).filter(|&k| state.trials[k].label() == wanted).collect();
     let base = Equations::new(&state.whitener, search.problem, &fitted.model, &fitted.at, 0.0);
     let best = base.and_then(|base| {
         let screen = Screen::new(search.problem, &fitted.model, &base);
-        let scores = screen.scores(&state.whitener, &state.trials, &state.columns);
         own.iter()
             .filter_map(|&k| {
-                let score = scores[k].as_ref()?;
+                let raw = state.columns[k].as_ref()?;
+                let score = screen.score(&state.trials[k], &state.whitener.apply_all(layout, raw))?;
                 let base = Base { fitted, whitener: &state.whitener, added: &state.added() };
                 refit(
                     search.problem,
                     &base,
                     None,
                     &state.trials[k],
-                    score,
+                    &score,
                     f64::INFINITY,
                     &search.channel_std,
                 )

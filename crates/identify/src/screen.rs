@@ -1,18 +1,16 @@
 //! Screening: every candidate of the catalogue by one derivative, orthogonalised against what is already free.
 
-use faer::{Mat, MatRef};
+use faer::Mat;
 use rayon::prelude::*;
 
 use sinew_effect::{SWING_FREQUENCY, Screening};
 use sinew_model::Setting;
 use sinew_plant::Plant;
 
-use crate::colour::Whitener;
 use crate::freedom::Springs;
-use crate::least_squares::{Normal, distance, dot, matrix};
+use crate::least_squares::{Normal, cross, dot, matrix};
 use crate::problem::{Candidate, Equations, Problem};
 use crate::residual::Grid;
-use crate::search::{Columns, OfTrial, Scores};
 use crate::trial::{How, Trial};
 
 /// Raw columns of all trials, one for each strength (one secant for an exact trial); none for a trial whose effect
@@ -22,7 +20,7 @@ pub(crate) fn all_columns(
     model: &Candidate,
     residual: &[f64],
     trials: &[Trial],
-) -> Columns {
+) -> Vec<Option<Vec<Vec<f64>>>> {
     let is_linear = |t: &Trial| matches!(t.how, How::New { exact: false, .. });
     let linear: Vec<&Trial> = trials.iter().filter(|t| is_linear(t)).collect();
     let simulated = || Before::of(problem, model, Springs::Simulated, residual.to_vec());
@@ -35,7 +33,7 @@ pub(crate) fn all_columns(
                 // A trial that fits nowhere must not take the others with it.
                 .unwrap_or_else(|| linear.iter().map(|t| derivatives(problem, model, &[t])?.pop()?).collect())
         },
-        || -> Columns {
+        || -> Vec<Option<Vec<Vec<f64>>>> {
             let bent = bent.as_ref().unwrap_or(&about);
             let families = families(trials);
             let of_each = families.par_iter().map(|family| secants(problem, model, [&about, bent], family));
@@ -95,7 +93,12 @@ pub(crate) const SHIFT: f64 = 0.03;
 // What an effect changes when it is switched on, for each of its start values, and of what swings, what a shift of its
 // frequency changes besides; `about` the motion that derivatives are taken about, or with every spring simulated where
 // it makes a joint elastic.
-fn secants(problem: &Problem, model: &Candidate, [about, bent]: [&Before; 2], family: &[&Trial]) -> Columns {
+fn secants(
+    problem: &Problem,
+    model: &Candidate,
+    [about, bent]: [&Before; 2],
+    family: &[&Trial],
+) -> Vec<Option<Vec<Vec<f64>>>> {
     let extended = |trial: &Trial| {
         let specs = model.specs.iter().chain(trial.exact_spec()).cloned().collect();
         Candidate::new(problem, specs).ok()
@@ -142,7 +145,11 @@ fn springs_of(plant: &Plant) -> impl Iterator<Item = bool> {
 }
 
 // Derivatives along the strengths of several trials at zero, in one plant; none if there is no such plant.
-fn derivatives(problem: &Problem, model: &Candidate, trials: &[&Trial]) -> Option<Columns> {
+fn derivatives(
+    problem: &Problem,
+    model: &Candidate,
+    trials: &[&Trial],
+) -> Option<Vec<Option<Vec<Vec<f64>>>>> {
     let new = || {
         trials.iter().filter_map(|t| match &t.how {
             How::New { spec, strengths, .. } => Some((spec, strengths)),
@@ -185,25 +192,15 @@ pub(crate) struct Screen<'a> {
     problem: &'a Problem<'a>,
     model: &'a Candidate,
     base: &'a Equations,
-    // J, Jᵀ r, and the residual at the base's minimum.
+    // J, and the residual at the base's minimum.
     jacobian: Mat<f64>,
-    right: Vec<f64>,
-    minimum: Vec<f64>,
-}
-
-// Whitened columns of a trial, and what the base has in common with them: JᵀZ and A⁻¹ JᵀZ.
-struct Shared<'a> {
-    white: &'a [Vec<f64>],
-    common: MatRef<'a, f64>,
-    share: MatRef<'a, f64>,
+    minimum: Mat<f64>,
 }
 
 // Mean square of a whitened residual from which a linear screen is not believed about swings.
 const FAR: f64 = 9.0;
 // Share of the objective that a new degree of freedom is trusted to explain after its refit.
 const TRUST: f64 = 0.5;
-// Trials that are scored side by side.
-const TOGETHER: usize = 16;
 // A candidate that the free parameters imitate to this share cannot be told from them.
 const ABSORBED: f64 = 1.0 - 1e-9;
 
@@ -217,45 +214,18 @@ impl<'a> Screen<'a> {
                 *x -= c * d;
             }
         }
-        let right = base.columns.iter().map(|column| dot(column, &base.residual)).collect();
-        Self { problem, model, base, jacobian: matrix(&base.columns), right, minimum }
+        Self { problem, model, base, jacobian: matrix(&base.columns), minimum: matrix(&[minimum]) }
     }
 
-    /// Scores of trials whose raw columns are given. Shares of the signal are left to the refit.
-    pub fn scores(&self, whitener: &Whitener, trials: &[Trial], columns: &Columns) -> Scores {
-        let scores = |(trials, columns): (&[Trial], &[OfTrial])| {
-            let whiten = |set: &Vec<Vec<f64>>| whitener.apply_all(self.problem.form.layout(), set);
-            let white: Columns = columns.iter().map(|set| set.as_ref().map(whiten)).collect();
-            self.scores_together(trials, &white)
-        };
-        trials.par_chunks(TOGETHER).zip(columns.par_chunks(TOGETHER)).flat_map_iter(scores).collect()
-    }
-
-    // J is larger than a cache: it is read once for all of some trials.
-    fn scores_together(&self, trials: &[Trial], white: &[OfTrial]) -> Scores {
-        let all: Vec<&Vec<f64>> = white.iter().flatten().flatten().collect();
-        let rows = self.base.residual.len();
-        let z = Mat::from_fn(rows, all.len(), |i, j| all[j][i]);
-        let common = self.jacobian.transpose() * z;
-        let share = self.base.normal.solve_many(&common);
-        let mut first = 0;
-        let score = |(trial, white): (&Trial, &OfTrial)| {
-            let (white, from) = (white.as_ref()?, first);
-            first += white.len();
-            let [common, share] = [&common, &share].map(|all| all.subcols(from, white.len()));
-            self.score(trial, &Shared { white, common, share })
-        };
-        trials.iter().zip(white).map(score).collect()
-    }
-
-    fn score(&self, trial: &Trial, shared: &Shared) -> Option<Score> {
+    /// Score of a trial whose whitened columns are given. Shares of the signal are left to the refit.
+    pub fn score(&self, trial: &Trial, white: &[Vec<f64>]) -> Option<Score> {
         match &trial.how {
             How::Release { unknowns } => self.release(unknowns),
             How::New { exact: true, .. } if matches!(trial.card.screening, Screening::Resonance { .. }) => {
-                self.switched(shared)
+                self.switched(white)
             }
             How::New { .. } => {
-                let mut score = self.added(trial, shared)?;
+                let mut score = self.added(trial, white)?;
                 // A swing in the wrong time may look like its opposite: where much is left, its refit may still find the
                 // time.
                 if let [share, shift] = score.strengths[..]
@@ -279,12 +249,12 @@ impl<'a> Screen<'a> {
     // A new degree of freedom is no small change: judged by what is left with it at the stated values, after the free
     // parameters have followed as far as their columns carry.
     //
-    // left = |r − z|² − gᵀ A⁻¹ g,   g = Jᵀr − Jᵀz
-    fn switched(&self, shared: &Shared) -> Option<Score> {
+    // left = |r − z|² − gᵀ A⁻¹ g,   g = Jᵀ(r − z)
+    fn switched(&self, white: &[Vec<f64>]) -> Option<Score> {
         let before = dot(&self.base.residual, &self.base.residual);
-        let at_stated = distance(&self.base.residual, shared.white.first()?);
-        let g: Vec<f64> = self.right.iter().enumerate().map(|(i, r)| r - shared.common[(i, 0)]).collect();
-        let left = at_stated - dot(&g, &self.base.normal.solve(&g));
+        let at_stated: Vec<f64> = self.base.residual.iter().zip(white.first()?).map(|(r, z)| r - z).collect();
+        let g: Vec<f64> = self.base.columns.iter().map(|c| dot(c, &at_stated)).collect();
+        let left = dot(&at_stated, &at_stated) - dot(&g, &self.base.normal.solve(&g));
         let drop = before - left;
         // Even where it is worse before its refit it deserves one.
         let on_trust = drop < TRUST * before;
@@ -298,16 +268,19 @@ impl<'a> Screen<'a> {
     }
 
     // S = ZᵀZ − ZᵀJ A⁻¹ JᵀZ,  s = Zᵀ r⊥,  a = S⁻¹ s
-    fn added(&self, trial: &Trial, shared: &Shared) -> Option<Score> {
-        let Shared { white, common, share } = *shared;
+    fn added(&self, trial: &Trial, white: &[Vec<f64>]) -> Option<Score> {
         let own: Vec<f64> = white.iter().map(|z| dot(z, z)).collect();
         if own.iter().all(|n| *n <= 1e-12 || !n.is_finite()) {
             return None;
         }
+        let z = matrix(white);
+        let j = &self.jacobian;
+        let share = self.base.normal.solve_many(&cross(j, &z));
+        let orthogonal: Mat<f64> = &z - j * &share;
+        let s_matrix = cross(&z, &orthogonal);
+        let s = cross(&z, &self.minimum);
         let k = white.len();
-        let imitated = common.transpose() * share;
-        let s_matrix = Mat::from_fn(k, k, |i, l| dot(&white[i], &white[l]) - imitated[(i, l)]);
-        let right: Vec<f64> = white.iter().map(|z| dot(z, &self.minimum)).collect();
+        let right: Vec<f64> = (0..k).map(|i| s[(i, 0)]).collect();
         let left = (0..k).map(|i| s_matrix[(i, i)] / own[i].max(1e-300)).fold(0.0, f64::max);
         let normal = Normal::new(&s_matrix)?;
         let a = normal.solve(&right);

@@ -63,10 +63,8 @@ impl State {
     }
 }
 
-/// Columns of a candidate; none of one that cannot be evaluated.
-pub(crate) type OfTrial = Option<Vec<Vec<f64>>>;
-/// Raw columns of every candidate.
-pub(crate) type Columns = Vec<OfTrial>;
+/// Raw columns of every candidate; none for one that cannot be evaluated.
+pub(crate) type Columns = Vec<Option<Vec<Vec<f64>>>>;
 /// The score of every candidate; none for one that has none.
 pub(crate) type Scores = Vec<Option<Score>>;
 
@@ -445,10 +443,14 @@ impl<'a> Search<'a> {
 
     // Scores of all trials about one model.
     fn scores(&self, about: &Fitted, state: &State, columns: &Columns) -> Option<Scores> {
+        let layout = self.problem.form.layout();
         let base = Equations::new(&state.whitener, self.problem, &about.model, &about.at, 0.0)?;
         let base = base.bounded(&about.model)?;
         let screen = Screen::new(self.problem, &about.model, &base);
-        Some(screen.scores(&state.whitener, &state.trials, columns))
+        let score = |(trial, raw): (&Trial, &Option<Vec<Vec<f64>>>)| {
+            screen.score(trial, &state.whitener.apply_all(layout, raw.as_ref()?))
+        };
+        Some(state.trials.par_iter().zip(columns).map(score).collect())
     }
 
     pub fn refuse(&mut self, trial: &Trial, step: usize, reason: String) {

@@ -10,13 +10,17 @@ use crate::refit::Fitted;
 use crate::residual::{LoggedTorques, Start};
 use crate::search::{Accepted, Saturated, Search, State};
 
-// What each reference of a model is led from, the squared length of what they may differ by, and what −2 log likelihood or
-// an objective falls by where it is no chance.
+// What each reference of a model is led from.
 pub(crate) const RENEWALS: [Start; 3] = [Start::Kernel, Start::Reference, Start::Reference];
 const ONCE_MORE: [Start; 2] = [Start::Reference; 2];
 // The base is fitted about the kernel's motion already; without the torque noise that acts, a motion is read in another way.
 const OF_BASE: [Start; 3] = [Start::Reference; 3];
 const WITHOUT_NOISE: [Start; 2] = [Start::Same, Start::Reference];
+// Most references in all, and the share of the objective before that one must leave at most for another to follow.
+const MOST_REFERENCES: usize = 10;
+const GAINS: f64 = 0.95;
+// The squared length of what references may differ by, and what −2 log likelihood or an objective falls by where it is no
+// chance.
 const HOLDS: f64 = 10.0;
 pub(crate) const FALLS: f64 = 10.0;
 // The share of the objective by which they may differ besides where derivatives are taken about the reference.
@@ -164,17 +168,18 @@ impl Search<'_> {
     }
 
     // The model refined about references of its own until they hold, with its objective; none where there is no
-    // reference.
+    // reference. Beyond `starts` it is led on for as long as both the log gets likelier and the objective falls much.
     fn renewed(&self, model: &mut Candidate, starts: &[Start]) -> Option<(Linearised, f64)> {
         let form = self.problem.form;
         form.reference()?;
-        let mut misfit = f64::INFINITY;
-        let mut found = None;
-        for &from in starts {
+        let (mut misfit, mut found, mut gains) = (f64::INFINITY, None, true);
+        for n in 0..MOST_REFERENCES {
+            let Some(from) = starts.get(n).copied().or(gains.then_some(Start::Reference)) else { break };
             let (at, whitener, [before, value]) = self.followed(model, from);
             let before_that = std::mem::replace(&mut misfit, form.reference()?.misfit());
             let falls = misfit < before_that - FALLS;
             let holds = !falls && before < MOVED * value && self.off(model, &at, &whitener) < HOLDS;
+            gains = falls && found.is_some_and(|(_, last)| value < GAINS * last);
             found = Some((at, value));
             if holds {
                 break;

@@ -190,9 +190,10 @@ impl<'a> Trials<'a> {
         let offered = search.saturated(problem, &self.model, &self.at);
         let base = Equations::new(&self.whitener, problem, &self.model, &self.at, 0.0)?;
         let screen = Screen::new(problem, &self.model, &base);
-        let scores = screen.scores(&self.whitener, &offered.trials, &offered.columns);
-        let by_candidate = offered.trials.iter().zip(scores).filter_map(|(trial, score)| {
-            let score = score?;
+        let layout = problem.form.layout();
+        let by_candidate = offered.trials.iter().zip(&offered.columns).filter_map(|(trial, columns)| {
+            let white = self.whitener.apply_all(layout, columns.as_ref()?);
+            let score = screen.score(trial, &white)?;
             // What makes a joint elastic is compared with the stated values, not with what the base reaches.
             let resonance = matches!(trial.card.screening, Screening::Resonance { .. });
             let reached = if resonance { base.promised() } else { 0.0 };
