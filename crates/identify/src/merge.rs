@@ -16,7 +16,7 @@ use crate::search::{Accepted, Round, Search, State};
 use crate::trial::How;
 
 /// Puts laws of the whole robot in the place of others that were accepted in several joints, where the log is as likely with
-/// them, or without a likelihood the error no larger. True if any was put there.
+/// them, or without a likelihood the error smaller. True if any was put there.
 pub(crate) fn merged(
     search: &mut Search,
     state: &mut State,

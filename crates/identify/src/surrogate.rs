@@ -28,7 +28,7 @@ use crate::search::{Search, State};
 use crate::{IdentifyError, Options};
 
 /// Surrogates of each kind.
-pub(crate) const SURROGATES: u64 = 10;
+const SURROGATES: u64 = 10;
 const KINDS: [Turned; 2] = [Turned::Flipped, Turned::Shifted];
 // Pairs of surrogates tried between two looks at whether the rest could still change the answer.
 const PAIRS_AT_A_TIME: usize = 2;
@@ -134,7 +134,7 @@ pub(crate) fn sentence(count: &FalseAcceptance) -> String {
     )
 }
 
-/// The search of one more effect on surrogates of the runs, with the model of `state` as the truth.
+// The search of one more effect on all surrogates of the runs, with the model of `state` as the truth.
 fn surrogates(search: &Search, state: &State) -> Result<Vec<SurrogateReport>, IdentifyError> {
     tried(search, state, KINDS.into_iter().flat_map(|kind| (0..SURROGATES).map(move |n| (kind, n))).collect())
 }
