@@ -7,7 +7,7 @@ use clap::Args;
 use serde::Serialize;
 use sinew_data::{Note, Quantity, Run, RunSpec, Severity, check_run, find_repeats};
 use sinew_effects::CATALOGUE;
-use sinew_identify::{Options, range_checks, torque_checks};
+use sinew_identify::{Options, range_checks, readiness, torque_checks};
 use sinew_model::Robot;
 
 use crate::console::Console;
@@ -56,6 +56,11 @@ impl Check {
             all.extend(run.notes.iter().cloned());
             all.extend(missing(&file.robot, run));
             all.extend(check_run(run));
+        }
+        let is_refused = all.iter().any(|n| n.severity == Severity::Error);
+        if !runs.is_empty() && !is_refused {
+            let ready = readiness(&file.robot, &CATALOGUE, &runs, &Options::default());
+            all.extend(ready.err().map(|error| of_reading(&CliError::from(error))));
         }
         all.extend(repeats(&runs));
         all.extend(range_checks(&file.robot, &runs));
@@ -134,19 +139,28 @@ fn missing(robot: &Robot, run: &Run) -> Vec<Note> {
         let unseen: Vec<&str> = unseen.iter().map(|&dof| names[dof]).collect();
         let joints = sinew_identify::listed(&unseen);
         let statement = format!("no position of {joints}: the other commands take that as held at zero");
-        tell(
-            Severity::Error,
-            statement,
-            "log what moved; fix the rest in the URDF (type=\"fixed\")".to_owned(),
-        );
+        let severity = if seen.is_empty() { Severity::Error } else { Severity::Warning };
+        tell(severity, statement, "log what moved; fix the rest in the URDF (type=\"fixed\")".to_owned());
     }
+    let positions = [Quantity::MotorPosition, Quantity::JointPosition];
+    let moves = |dof: usize| positions.into_iter().any(|q| run.signal(q, names[dof]).is_some());
+    let any_moves = (0..names.len()).any(moves);
     for dof in seen {
         let joint = names[dof];
         let has = |quantity| run.signal(quantity, joint).is_some();
-        if !has(Quantity::MotorPosition) && !has(Quantity::JointPosition) {
-            let statement =
-                format!("no position of joint \"{joint}\": its motion cannot be imposed on the model");
-            tell(Severity::Error, statement, format!("log motor_position.{joint} or joint_position.{joint}"));
+        if !moves(dof) {
+            let (severity, taken) = match any_moves {
+                true => (Severity::Warning, "the other commands take it as held at zero"),
+                false => (Severity::Error, "its motion cannot be imposed on the model"),
+            };
+            let statement = format!("no position of joint \"{joint}\": {taken}");
+            tell(severity, statement, format!("log motor_position.{joint} or joint_position.{joint}"));
+        }
+        if robot.joints[dof].stiffness.is_some() && moves(dof) && !has(Quantity::MotorPosition) {
+            let statement = format!(
+                "no motor position of the elastic joint \"{joint}\": the other commands impose the link's and leave the spring before it out"
+            );
+            tell(Severity::Warning, statement, format!("log motor_position.{joint}"));
         }
         let torques = [Quantity::MotorTorque, Quantity::MotorCurrent, Quantity::JointTorque];
         if !torques.iter().any(|q| has(*q)) {

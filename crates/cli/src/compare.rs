@@ -48,7 +48,7 @@ pub(crate) fn signals(signals: &[SignalError]) -> String {
             s.joint.clone(),
             s.signal.replace('_', " "),
             quantity(s.rms_error, &s.unit),
-            percent(s.rms_error / s.rms_measured),
+            s.share().map_or("–".to_owned(), percent),
             quantity(s.noise_floor, &s.unit),
             if s.white { "yes" } else { "no" }.to_owned(),
         ]

@@ -121,6 +121,7 @@ impl Demo {
              \n  sinew diagnose {robot} {waves} {swings}\
              \n  sinew fit      {robot} {waves} {swings} --add {add} --check {unseen} -o {better}\
              \n  sinew compare  {better} {unseen}\
+             \n\n(`sinew` is target/release/sinew, or on your path after `cargo install --path crates/cli`.)\
              \n\nOr all at once: sinew discover {robot} {waves} {swings} --check {unseen} -o {better}"
         )
     }

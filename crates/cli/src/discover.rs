@@ -30,7 +30,7 @@ impl Discover {
     pub fn run(&self, console: &Console) -> Result<(), CliError> {
         let (file, runs) = self.inputs.read(console)?;
         let path = self.output.path(&file)?;
-        let check = self.inputs.columns.read(&self.check)?;
+        let check = self.inputs.columns.read_pieces(&self.check)?;
         console.say("searching the catalogue …");
         let found = discover(&file.robot, &CATALOGUE, &runs, &check, &self.inputs.options())?;
         write(&file.sidecar, &found.specs, &path)?;

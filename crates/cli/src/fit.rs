@@ -32,7 +32,7 @@ impl Fit {
     pub fn run(&self, console: &Console) -> Result<(), CliError> {
         let (file, runs) = self.inputs.read(console)?;
         let path = self.output.path(&file)?;
-        let check = self.inputs.columns.read(&self.check)?;
+        let check = self.inputs.columns.read_pieces(&self.check)?;
         let add = new_effects(&self.add, &file.robot)?;
         console.say("fitting …");
         let fit = fit(&file.robot, &CATALOGUE, &runs, &check, &add, &self.inputs.options())?;

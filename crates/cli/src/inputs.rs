@@ -77,7 +77,7 @@ impl Inputs {
         for note in &robot.notes {
             console.say(&note.to_string());
         }
-        let runs = self.columns.read(&self.runs)?;
+        let runs = self.columns.read_pieces(&self.runs)?;
         for note in runs.iter().flat_map(|r| &r.notes) {
             console.say(&note.to_string());
         }
@@ -91,7 +91,12 @@ impl Columns {
         self.read_each(runs)?.into_iter().collect()
     }
 
-    /// The same, with what is wrong with each.
+    /// Reads runs through the map, each in the stretches between its gaps.
+    pub fn read_pieces(&self, runs: &[RunSpec]) -> Result<Vec<Run>, CliError> {
+        Ok(self.read(runs)?.into_iter().flat_map(Run::pieces).collect())
+    }
+
+    /// Reads runs through the map, with what is wrong with each.
     pub fn read_each(&self, runs: &[RunSpec]) -> Result<Vec<Result<Run, CliError>>, CliError> {
         if let Some(twice) = (1..runs.len()).find(|&k| runs[..k].contains(&runs[k])) {
             return Err(CliError::usage(

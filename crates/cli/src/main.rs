@@ -21,6 +21,7 @@ mod linearize;
 mod load_table;
 mod matrix_json;
 mod modes;
+mod new_file;
 mod noise_file;
 mod output_file;
 mod plot_file;

@@ -7,6 +7,7 @@ use sinew_model::{EffectSpec, Place, Setting};
 use sinew_urdf::{RobotFile, Sidecar};
 
 use crate::error::CliError;
+use crate::new_file;
 
 /// Where the changed sidecar goes.
 #[derive(Debug, Args)]
@@ -28,11 +29,12 @@ impl OutputFile {
             let place = path.display().to_string();
             return Err(CliError::usage(place, "not the name of a sidecar", "end it with .sinew.toml"));
         }
-        let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
-        if folder.is_some_and(|f| !f.is_dir()) {
+        if new_file::is_same(path, Path::new(robot.sidecar.file())) {
             let place = path.display().to_string();
-            return Err(CliError::usage(place, "there is no such folder", "make the folder first"));
+            let what = "is the sidecar that is read";
+            return Err(CliError::usage(place, what, "say --in-place to replace it, or give another name"));
         }
+        new_file::check(path, &[".toml"], &[])?;
         Ok(path.clone())
     }
 }

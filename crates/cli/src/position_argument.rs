@@ -1,5 +1,7 @@
 //! A position on the command line: numbers in order, or `joint=value` pairs.
 
+use std::f64::consts::TAU;
+
 use sinew_model::Model;
 
 use crate::error::{CliError, did_you_mean};
@@ -30,8 +32,20 @@ pub(crate) fn position(text: &str, model: &Model) -> Result<Vec<f64>, CliError> 
         };
         let number = value.parse().ok().filter(|x: &f64| x.is_finite());
         q[dof] = number.ok_or_else(|| wrong(format!("\"{value}\" is not a number")))?;
+        if let Some(limits) = far_outside(model, dof, q[dof]) {
+            let what = format!("\"{value}\" is far outside the limits of {}, {limits} rad", names[dof]);
+            return Err(CliError::usage(format!("position \"{text}\""), what, "angles are in rad"));
+        }
     }
     Ok(q)
+}
+
+// The limits of a joint that turns, if an angle is outside of them by more than a turn: one in degrees.
+fn far_outside(model: &Model, dof: usize, angle: f64) -> Option<String> {
+    let joint = &model.joints[model.joint_of_dof(dof).0];
+    let (lower, upper) = (joint.limits.lower, joint.limits.upper);
+    let is_far = !joint.kind.slides() && !(lower - TAU..=upper + TAU).contains(&angle);
+    is_far.then(|| format!("{lower} to {upper}"))
 }
 
 #[cfg(test)]
@@ -51,6 +65,11 @@ mod tests {
     #[test]
     fn a_wrong_position_is_answered_with_the_joints() {
         let arm = samples::planar_arm(2, 1.0, 0.5);
+        let mut arm = arm;
+        (arm.joints[0].limits.lower, arm.joints[0].limits.upper) = (-1.0, 1.5);
+        assert_eq!(position("2,0", &arm).unwrap(), [2.0, 0.0]);
+        let message = position("joint_1=45", &arm).unwrap_err().to_string();
+        assert!(message.contains("-1 to 1.5 rad") && message.contains("angles are in rad"), "{message}");
         for text in ["1", "1,2,3", "x,1", "joint_9=1", "joint_1=1,2", "nan,0"] {
             let message = position(text, &arm).unwrap_err().to_string();
             assert!(message.contains("the joints are joint_1, joint_2"), "{message}");

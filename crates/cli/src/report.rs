@@ -13,6 +13,7 @@ use crate::console::Console;
 use crate::error::CliError;
 use crate::fitted_robot::with_effects;
 use crate::inputs::Inputs;
+use crate::new_file;
 
 /// Arguments of `sinew report`.
 #[derive(Debug, Args)]
@@ -22,20 +23,18 @@ pub(crate) struct Report {
     /// Runs that nothing is fitted to
     #[arg(long, value_name = "RUN", num_args = 1..)]
     check: Vec<RunSpec>,
-    /// The page
+    /// The page (.html)
     #[arg(short, long, value_name = "HTML")]
     output: PathBuf,
 }
 
 impl Report {
     pub fn run(&self, console: &Console) -> Result<(), CliError> {
-        let folder = self.output.parent().filter(|f| !f.as_os_str().is_empty());
-        if folder.is_some_and(|f| !f.is_dir()) {
-            let place = self.output.display().to_string();
-            return Err(CliError::usage(place, "there is no such folder", "make the folder first"));
-        }
+        let runs = self.inputs.runs.iter().chain(&self.check).map(|run| run.path.as_path());
+        let read: Vec<&Path> = runs.chain([self.inputs.robot.as_path()]).collect();
+        new_file::check(&self.output, &[".html"], &read)?;
         let (file, runs) = self.inputs.read(console)?;
-        let check = self.inputs.columns.read(&self.check)?;
+        let check = self.inputs.columns.read_pieces(&self.check)?;
         console.say("searching the catalogue …");
         let options = self.inputs.options();
         let fit = discover(&file.robot, &CATALOGUE, &runs, &check, &options)?;

@@ -10,6 +10,7 @@ use sinew_simulate::{Drive, Noise, Options, Start, Torques, simulate};
 use crate::console::Console;
 use crate::error::CliError;
 use crate::inputs::{self, Columns};
+use crate::new_file;
 use crate::noise_file;
 use crate::position_argument::position;
 use crate::tracking::{Tracking, held_at};
@@ -48,6 +49,8 @@ pub(crate) struct Simulate {
 
 impl Simulate {
     pub fn run(&self, console: &Console) -> Result<(), CliError> {
+        let read = [self.robot.as_path(), &self.input.path, &self.noise];
+        new_file::check(&self.output, &[".csv", ".csv.gz"], &read)?;
         let file = inputs::robot(&self.robot)?;
         let plant = inputs::plant(&file)?;
         let model = &file.robot.model;

@@ -35,6 +35,30 @@ fn comments_order_and_urdf_stay_when_an_effect_is_added_in_place() {
 }
 
 #[test]
+fn nothing_that_is_read_is_written_over() {
+    let dir = folder("kept");
+    std::fs::write(dir.join("log.csv"), "time,motor_torque.elbow\n0,0\n1,0\n").unwrap();
+    let files = ["arm.sinew.toml", "arm.urdf", "log.csv"];
+    let texts = || files.map(|file| std::fs::read_to_string(dir.join(file)).unwrap());
+    let before = texts();
+    let refused: [&[&str]; 5] = [
+        &["add", "arm.sinew.toml", "coulomb_friction@elbow", "-o", "arm.sinew.toml"],
+        &["add", "arm.urdf", "coulomb_friction@elbow", "-o", "./arm.sinew.toml"],
+        &["simulate", "arm.sinew.toml", "--input", "log.csv", "-o", "log.csv"],
+        &["report", "arm.sinew.toml", "log.csv", "-o", "log.csv"],
+        &["report", "arm.sinew.toml", "log.csv", "-o", "page.pdf"],
+    ];
+    for arguments in refused {
+        let output = sinew(&dir, arguments).stderr(Stdio::piped()).output().unwrap();
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {told}");
+        assert!(told.contains("help:"), "{arguments:?}: {told}");
+    }
+    assert_eq!(texts(), before);
+    std::fs::remove_dir_all(dir).unwrap();
+}
+
+#[test]
 fn a_new_sidecar_in_another_folder_finds_the_urdf() {
     let dir = folder("folder");
     std::fs::create_dir_all(dir.join("deep/er")).unwrap();

@@ -1,7 +1,7 @@
 //! One measured run: time stamps and signals.
 
 use crate::error::DataError;
-use crate::note::Note;
+use crate::note::{Note, Severity};
 use crate::quantity::{Quantity, SignalName};
 use crate::statistics::median;
 
@@ -61,6 +61,12 @@ impl Signal {
         SignalName { quantity: self.quantity, place: self.place.clone() }
     }
 }
+
+// A gap: more periods than these, and more seconds.
+const MOST_PERIODS: f64 = 20.0;
+const LONGEST_STEP: f64 = 0.1;
+// Seconds of the shortest stretch between gaps that is worth a run.
+const SHORTEST_PIECE: f64 = 1.9;
 
 impl Run {
     /// A run from its parts.
@@ -128,6 +134,59 @@ impl Run {
         let periods: f64 = steps().map(|step| (step / typical).round()).sum();
         let mean = self.duration() / periods;
         if (mean / typical - 1.0).abs() < 0.01 { mean } else { typical }
+    }
+
+    /// True if so long passed before sample k that nothing between it and the one before is known: more than twenty periods
+    /// and a tenth of a second.
+    ///
+    /// # Panics
+    /// If k is zero or no sample.
+    pub fn is_gap(&self, k: usize) -> bool {
+        self.is_longer_gap(k, self.period())
+    }
+
+    fn is_longer_gap(&self, k: usize, period: f64) -> bool {
+        self.time[k] - self.time[k - 1] > (MOST_PERIODS * period).max(LONGEST_STEP)
+    }
+
+    /// The stretches between gaps, each as a window of this run with a note that says so; pieces of less than 1.9 s are
+    /// left out. The run itself where it has no gap, or no such piece.
+    ///
+    /// # Example
+    /// ```
+    /// use sinew_data::{Quantity, Run, Signal};
+    /// let time: Vec<f64> = (0..1000).map(|k| 0.01 * f64::from(k) + if k < 400 { 0.0 } else { 1.5 }).collect();
+    /// let q = Signal::new(Quantity::JointPosition, "elbow", vec![0.0; 1000]);
+    /// let pieces = Run::new("log".into(), time, vec![q])?.pieces();
+    /// let names: Vec<&str> = pieces.iter().map(|run| run.name.as_str()).collect();
+    /// assert_eq!(names, ["log@0..4", "log@5.5.."]);
+    /// # Ok::<(), sinew_data::DataError>(())
+    /// ```
+    pub fn pieces(self) -> Vec<Run> {
+        let period = self.period();
+        let gaps: Vec<usize> = (1..self.time.len()).filter(|&k| self.is_longer_gap(k, period)).collect();
+        let Some(&first) = gaps.first() else { return vec![self] };
+        // Whole milliseconds: from no later than the first sample to a period after the last.
+        let since = |t: f64| 1e3 * (t - self.time[0]);
+        let begins = gaps.iter().map(|&k| (since(self.time[k]) + 1e-6).floor() / 1e3);
+        let ends = gaps.iter().map(|&k| (since(self.time[k - 1] + period) - 1e-6).ceil() / 1e3);
+        let windows = std::iter::once(0.0).chain(begins).zip(ends.chain([f64::INFINITY]));
+        let pieces = windows.filter_map(|(from, to)| self.window(from, to).ok());
+        let mut pieces: Vec<Run> = pieces.filter(|piece| piece.duration() >= SHORTEST_PIECE).collect();
+        let names: Vec<&str> = pieces.iter().map(|piece| piece.name.as_str()).collect();
+        let rest = if names.len() == gaps.len() + 1 { "" } else { "; what is shorter than that is left out" };
+        let long = self.time[first] - self.time[first - 1];
+        let note = Note {
+            severity: Severity::Warning,
+            place: self.place_of(first),
+            statement: format!("{long:.3} s are missing: taken as {}{rest}", names.join(" and ")),
+            help: "name the windows that you want: FILE@FROM..TO".into(),
+        };
+        match pieces.first_mut() {
+            Some(piece) => piece.notes.push(note),
+            None => return vec![self],
+        }
+        pieces
     }
 
     /// The samples with `from ≤ t − t₀ < to`, in s after the first time stamp t₀ of this run.

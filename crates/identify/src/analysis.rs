@@ -124,9 +124,10 @@ fn worked<T>(
     let look = (suits && aim == Aim::Search).then(look).flatten();
     let innovation = if suits { about_base(robot, catalogue, runs, &prepared, look.as_ref())? } else { None };
     if let Some(innovation) = innovation {
-        let reference = innovation.present();
+        let records = innovation.present().motion();
         let own = Problem { form: &innovation, ..problem };
-        let mut about = Search::new(&own, reference.records(), &prepared.sensors)
+        let mut about = Search::new(&own, &records, &prepared.sensors)
+            .filtered_by(innovation.present().records())
             .told_by(Some(&search))
             .after(look.as_ref());
         begun.first = look.as_ref().map(FirstLook::told);

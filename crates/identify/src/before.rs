@@ -35,6 +35,19 @@ pub(crate) fn begun(
     Ok((robot, prepared, findings))
 }
 
+/// Says why these runs cannot be compared at all: nothing to compare, too short, nothing moves.
+///
+/// # Errors
+/// If they cannot.
+pub fn readiness(
+    robot: &Robot,
+    catalogue: &Catalogue,
+    runs: &[Run],
+    options: &Options,
+) -> Result<(), IdentifyError> {
+    Prepared::new(&as_measured(robot, catalogue, runs).0, runs, options).map(|_| ())
+}
+
 /// The robot with the joints that no run measures held still and without the springs before links seen alone, and the
 /// findings that say so.
 pub(crate) fn as_measured(robot: &Robot, catalogue: &Catalogue, runs: &[Run]) -> (Robot, Vec<Finding>) {
@@ -85,7 +98,7 @@ fn checked(
 ) -> Result<Vec<Finding>, IdentifyError> {
     let mut notes: Vec<Note> = runs.iter().flat_map(check_run).collect();
     notes.extend(range_checks(robot, runs));
-    notes.extend(torque_notes(robot, catalogue, prepared, options));
+    notes.extend(torque_notes(robot, catalogue, runs, prepared, options));
     notes.retain(|n| n.severity != Severity::Note);
     if let Some(fatal) = notes.iter().find(|n| n.severity == Severity::Error && !options.force) {
         let help = format!("{}; or go on all the same with --force", fatal.help);

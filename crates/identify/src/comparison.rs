@@ -41,6 +41,26 @@ pub struct SignalError {
     pub white: bool,
 }
 
+// What changes by less than this share of its error stands still.
+const STILL: f64 = 1e-6;
+
+impl SignalError {
+    /// The error as a share of what was measured, as a standard deviation; none of a sensor that stands still.
+    ///
+    /// # Example
+    /// ```
+    /// # let (signal, joint, unit) = ("motor_torque".to_owned(), "elbow".to_owned(), "N·m".to_owned());
+    /// use sinew_identify::SignalError;
+    /// let noise_floor = 0.1;
+    /// let error = SignalError { signal, joint, unit, rms_error: 1.0, rms_measured: 4.0, noise_floor, fit_percent: 75.0, white: false };
+    /// assert_eq!(error.share(), Some(0.25));
+    /// assert_eq!(SignalError { rms_measured: 0.0, ..error }.share(), None);
+    /// ```
+    pub fn share(&self) -> Option<f64> {
+        (self.rms_measured > STILL * self.rms_error).then(|| self.rms_error / self.rms_measured)
+    }
+}
+
 /// The error of one run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunError {

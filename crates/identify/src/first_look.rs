@@ -73,9 +73,10 @@ impl FirstLook {
         options: &Options,
     ) -> Result<Option<Self>, IdentifyError> {
         let Some(form) = about_base(robot, catalogue, runs, prepared, None)? else { return Ok(None) };
-        let reference = form.present();
+        let records = form.present().motion();
         let problem = Problem::new(robot, catalogue, &form, options);
-        let mut search = Search::new(&problem, reference.records(), &prepared.sensors);
+        let mut search =
+            Search::new(&problem, &records, &prepared.sensors).filtered_by(form.present().records());
         let base = search.base(prepared.base_specs(robot, catalogue))?;
         let Some(reference) = base.reference.clone().filter(|_| base.is_finite()) else { return Ok(None) };
         let (specs, values) = (base.fitted.model.specs.clone(), base.fitted.model.p.clone());

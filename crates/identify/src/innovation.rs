@@ -252,6 +252,11 @@ impl Reference {
         &self.records
     }
 
+    /// The same motion without what makes rows of it.
+    pub fn motion(&self) -> Vec<Record> {
+        self.records.iter().map(Record::without_filters).collect()
+    }
+
     /// −2 log likelihood of what was measured.
     pub fn misfit(&self) -> f64 {
         self.misfit_by_joint.iter().sum()

@@ -6,6 +6,7 @@
 //! compared with what the plant predicts for it.
 
 mod analysis;
+mod arrangement;
 mod base;
 mod before;
 mod colour;
@@ -57,7 +58,7 @@ mod views;
 mod walk;
 mod waves;
 
-pub use before::listed;
+pub use before::{listed, readiness};
 pub use comparison::{Comparison, RunError, SignalError, Trace, compare};
 pub use diagnosis::{Accepted, CandidateReport, ChannelReport, Diagnosis, RivalReport, diagnose};
 pub use episode::NAME as EPISODE;

@@ -1,5 +1,7 @@
 //! Positions beside the limits of the URDF: another unit, an offset, another joint.
 
+use std::f64::consts::TAU;
+
 use sinew_data::{Note, Quantity, Run, Severity};
 use sinew_model::{Joint, JointKind, Robot};
 
@@ -8,9 +10,17 @@ const MOST_OUTSIDE: f64 = 0.01;
 const BEYOND: f64 = 0.02;
 // Motion by the distance of the limits from which positions that would be inside in degrees are degrees.
 const WIDER: f64 = 1.5;
+// Distance from zero by that of the farther limit from which positions may be in degrees.
+const FAR: f64 = 3.0;
+// Speed by the limit of the URDF that is told, and that which refuses a run.
+const FASTER: f64 = 1.5;
+const MUCH_FASTER: f64 = 5.0;
+// Seconds over which a speed is taken: encoder steps are no speed.
+const OVER: f64 = 0.05;
 
-/// What is suspicious about the positions of a run: more than 1 % of them outside of the limits that the URDF states. A motion
-/// much wider than these, where degrees would explain it, is an error.
+/// What is suspicious about the positions of a run: more than 1 % of them outside of the limits that the URDF states, or
+/// half as fast again as its limit of velocity. A motion much wider than these, where degrees would explain it, is an error,
+/// and so is one five times as fast.
 ///
 /// Joints without limits are not looked at; the help says so where degrees would explain it.
 pub fn range_checks(robot: &Robot, runs: &[Run]) -> Vec<Note> {
@@ -18,9 +28,36 @@ pub fn range_checks(robot: &Robot, runs: &[Run]) -> Vec<Note> {
     let joints = || (0..model.nv).map(|dof| &model.joints[model.joint_of_dof(dof).0]);
     let positions = [Quantity::MotorPosition, Quantity::JointPosition];
     let of_run = |run: &Run| -> Vec<Note> {
-        joints().flat_map(|j| positions.map(|q| outside(run, j, q))).flatten().collect()
+        joints()
+            .flat_map(|j| positions.map(|q| outside(run, j, q).or_else(|| too_fast(run, j, q))))
+            .flatten()
+            .collect()
     };
     runs.iter().flat_map(of_run).collect()
+}
+
+// A clock or a position in another unit.
+fn too_fast(run: &Run, joint: &Joint, quantity: Quantity) -> Option<Note> {
+    let limit = joint.limits.velocity;
+    let values = &run.signal(quantity, &joint.name)?.values;
+    if !(limit.is_finite() && limit > 0.0) {
+        return None;
+    }
+    let apart = ((OVER / run.period()).round() as usize).clamp(1, values.len() - 1);
+    let changes = values.iter().zip(&values[apart..]).map(|(a, b)| (b - a).abs());
+    let times = run.time.iter().zip(&run.time[apart..]).map(|(a, b)| b - a);
+    let mut speeds: Vec<f64> = changes.zip(times).map(|(x, t)| x / t).collect();
+    let rank = ((1.0 - MOST_OUTSIDE) * (speeds.len() - 1) as f64) as usize;
+    let (_, speed, _) = speeds.select_nth_unstable_by(rank, f64::total_cmp);
+    let times = *speed / limit;
+    let statement = format!(
+        "{quantity}.{}: 1 % of it is faster than {speed:.3} a second, {times:.2} times the URDF's limit of velocity ({limit})",
+        joint.name
+    );
+    let help = "compare the units of time and position with the log's, and the URDF's limit with the robot's"
+        .to_owned();
+    let severity = if times > MUCH_FASTER { Severity::Error } else { Severity::Warning };
+    (times > FASTER).then(|| Note { severity, place: run.name.clone(), statement, help })
 }
 
 fn outside(run: &Run, joint: &Joint, quantity: Quantity) -> Option<Note> {
@@ -46,13 +83,21 @@ fn outside(run: &Run, joint: &Joint, quantity: Quantity) -> Option<Note> {
     }
     let turns = matches!(joint.kind, JointKind::Revolute { .. });
     let degrees = std::f64::consts::PI / 180.0;
-    let in_degrees = turns && share(degrees) <= MOST_OUTSIDE;
     let (least, most) =
         values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
+    // Small angles are inside in degrees, too, whatever they are.
+    let is_far = least.abs().max(most.abs()) > FAR * lower.abs().max(upper.abs());
+    let in_degrees = turns && is_far && share(degrees) <= MOST_OUTSIDE;
+    let turn = TAU * (0.5 * (least + most - lower - upper) / TAU).round();
+    let is_turned = turns && turn != 0.0 && values.iter().all(|x| inside.contains(&(x - turn)));
     // A zero elsewhere makes no motion wider than the limits.
     let severity =
         if in_degrees && most - least > WIDER * width { Severity::Error } else { Severity::Warning };
-    let help = if in_degrees {
+    let help = if is_turned {
+        format!(
+            "{turn:.4} rad, whole turns, away all would be inside: take them off by the column's offset in the map"
+        )
+    } else if in_degrees {
         format!(
             "in degrees all would be inside: if that is what they are, multiply the column's scale in the map (1 without one) by {degrees}"
         )
@@ -76,6 +121,23 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_clock_in_another_unit_makes_joints_faster_than_they_are() {
+        let mut model = samples::pendulum(1.0, 0.5);
+        let name = model.joints[0].name.clone();
+        model.joints[0].limits.velocity = 2.0;
+        let robot = Robot::rigid(model);
+        let run = |step: f64| {
+            let time: Vec<f64> = (0..500).map(|k| step * k as f64).collect();
+            let values = (0..500).map(|k| (0.02 * k as f64).sin()).collect();
+            Run::new("run".to_owned(), time, vec![Signal::new(Quantity::MotorPosition, &name, values)])
+                .unwrap()
+        };
+        assert!(range_checks(&robot, &[run(0.01)]).is_empty());
+        assert_eq!(range_checks(&robot, &[run(0.005)])[0].severity, Severity::Warning);
+        assert_eq!(range_checks(&robot, &[run(0.001)])[0].severity, Severity::Error);
+    }
+
+    #[test]
     fn degrees_are_outside_and_told_as_degrees() {
         let mut model = samples::pendulum(1.0, 0.5);
         let name = model.joints[0].name.clone();
@@ -92,6 +154,9 @@ mod tests {
         assert_eq!(told[0].severity, Severity::Error);
         assert_eq!(range_checks(&robot, &[run(vec![1.5, 2.0, 3.5])])[0].severity, Severity::Warning);
         assert!(range_checks(&robot, &[run(vec![8.0, 9.0, 100.0])])[0].help.contains("zero"));
+        // Half a radian beyond the limits, and a turn beyond.
+        assert!(range_checks(&robot, &[run(vec![-0.5, 1.5, 0.0])])[0].help.contains("zero"));
+        assert!(range_checks(&robot, &[run(vec![5.5, 6.0, 7.0])])[0].help.contains("whole turns"));
         let mut robot = robot.clone();
         (robot.model.joints[0].limits.lower, robot.model.joints[0].limits.upper) = (1.0, -1.0);
         assert!(range_checks(&robot, &[run(vec![0.0, 0.5])])[0].statement.contains("no range (1 to -1)"));

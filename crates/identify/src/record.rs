@@ -203,11 +203,11 @@ impl Record {
         let grid = Uniform::within(&run.time, scales.period);
         let needed = 2 * scales.wide + 4 * scales.stride * (scales.kernel + scales.every);
         if grid.len < needed {
-            let (have, need) = (grid.len, needed);
+            let (samples, seconds) = (grid.len, run.duration());
             return Err(IdentifyError::run(
                 &run.name,
-                format!("too short: {have} samples (needed: {need})"),
-                "record at least a few seconds of motion",
+                format!("too short: {seconds:.2} s, {samples} samples (needed: some seconds)"),
+                "record a motion of a few seconds; check the unit of time",
             ));
         }
         let thin = Thinning::new(&grid, scales);
@@ -286,6 +286,11 @@ impl Record {
             self.start[channel.dof] = Some((0..first).map(|k| [values[k], rate[k]]).collect());
         }
         self.measured.push(values);
+    }
+
+    /// The same run with rows that are means: filters and the links that they go with take most of the memory.
+    pub fn without_filters(&self) -> Self {
+        Self { reduction: Reduction::Mean, links: None, ..self.clone() }
     }
 
     /// The motion of a link that moves as given, by degree of freedom of the plant.

@@ -229,7 +229,7 @@ pub(crate) struct Rows<'a> {
 }
 
 // Most parameters whose derivatives are carried along a run together.
-const TOGETHER: usize = 32;
+const TOGETHER: usize = 24;
 
 impl Rows<'_> {
     /// Rows of the prediction.

@@ -162,6 +162,13 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// The same with all made that asks how these records of the same runs make rows of a series: filters take most of the
+    /// memory of a reference, and those of the first one are not needed longer.
+    pub fn filtered_by(self, records: &[Record]) -> Self {
+        let _ = (self.features(records), self.waves(records));
+        self
+    }
+
     /// The same with errors told in the rows of another search on the same runs.
     pub fn told_by(self, yardstick: Option<&'a Search<'a>>) -> Self {
         Self { yardstick, ..self }
@@ -301,13 +308,21 @@ impl<'a> Search<'a> {
 
     /// The noise about a model, from a regression over these columns and what needs no physics.
     pub fn noise(&self, model: &Candidate, residual: &[f64], columns: &[&[f64]]) -> Whitener {
-        let layout = self.problem.form.layout();
         let seed = self.problem.options.seed;
-        let rows = (0..layout.channels.len()).map(|c| rows_of(layout, c).count()).min().unwrap_or(0);
-        let features =
-            self.features.get_or_init(|| random_features(self.records, layout, FEATURES.min(rows / 8), seed));
-        let all: Vec<&[f64]> = columns.iter().copied().chain(features.iter().map(Vec::as_slice)).collect();
+        let features = self.features(self.records).iter().map(Vec::as_slice);
+        let all: Vec<&[f64]> = columns.iter().copied().chain(features).collect();
         Whitener::estimate(self.problem.form, self.records, &model.plant, &model.p, residual, &all, seed)
+    }
+
+    fn features(&self, records: &[Record]) -> &[Vec<f64>] {
+        let layout = self.problem.form.layout();
+        let rows = (0..layout.channels.len()).map(|c| rows_of(layout, c).count()).min().unwrap_or(0);
+        let (count, seed) = (FEATURES.min(rows / 8), self.problem.options.seed);
+        self.features.get_or_init(|| random_features(records, layout, count, seed))
+    }
+
+    fn waves(&self, records: &[Record]) -> &[Waves] {
+        self.waves.get_or_init(|| Waves::of(records, self.sensors))
     }
 
     fn offered(&self, model: &Candidate, residual: &[f64]) -> Vec<Trial> {
@@ -318,9 +333,9 @@ impl<'a> Search<'a> {
                 rows.map(|k| if layout.keep[k] { residual[k] / self.channel_std[c] } else { 0.0 }).collect()
             })
             .collect();
-        let waves = self.waves.get_or_init(|| Waves::of(self.records, self.sensors));
+        let waves = self.waves(self.records).iter();
         let harmonics: Vec<(usize, f64)> =
-            waves.iter().flat_map(|w| w.harmonics(&scaled).map(|n| (w.dof, n))).collect();
+            waves.flat_map(|w| w.harmonics(&scaled).map(|n| (w.dof, n))).collect();
         let offer = Offer {
             problem: self.problem,
             model,

@@ -5,15 +5,19 @@ use sinew_effect::{Catalogue, Sensor};
 use sinew_model::Robot;
 
 use crate::Options;
+use crate::arrangement::arrangement_notes;
 use crate::before::as_measured;
 use crate::comparison::Prepared;
 use crate::problem::{Candidate, Problem};
-use crate::residual::{Layout, ResidualForm};
+use crate::record::Channel;
+use crate::residual::ResidualForm;
 
 // A torque whose square the model explains to this share can be judged for sign and size.
 const CLEAR: f64 = 0.5;
 // A factor between measured and model torque beyond this is no friction.
 const FACTOR: f64 = 4.0;
+// … and beyond this no model of the robot.
+const MUCH: f64 = 30.0;
 // Two joints are swapped if exchanging them explains this much more, of two.
 const SWAP: f64 = 0.4;
 
@@ -23,54 +27,98 @@ const SWAP: f64 = 0.4;
 /// τ_measured ≈ a τ_model + b,   a < 0: sign;   |a| far from one: unit or gear;   R²(i, j) + R²(j, i) ≫ R²(i, i) + R²(j, j): swapped
 /// ```
 ///
-/// Empty where nothing can be said: no torque, too short a run, a model that explains little of any joint.
+/// Where the torques of motors do not follow the model, whether they would if positions or whole joints were turned about or
+/// exchanged, by the first seconds. Empty where nothing can be said: no torque, too short a run, a model that explains little
+/// of any joint.
 pub fn torque_checks(robot: &Robot, catalogue: &Catalogue, runs: &[Run], options: &Options) -> Vec<Note> {
     let robot = &as_measured(robot, catalogue, runs).0;
-    let prepared = Prepared::new(robot, runs, options);
-    prepared.map_or_else(|_| Vec::new(), |prepared| torque_notes(robot, catalogue, &prepared, options))
+    let Ok(prepared) = Prepared::new(robot, runs, options) else { return Vec::new() };
+    torque_notes(robot, catalogue, runs, &prepared, options)
 }
 
 /// [`torque_checks`] of runs made ready.
 pub(crate) fn torque_notes(
     robot: &Robot,
     catalogue: &Catalogue,
+    runs: &[Run],
     prepared: &Prepared,
     options: &Options,
 ) -> Vec<Note> {
-    let form = prepared.form(robot);
-    let problem = Problem::new(robot, catalogue, &form, options);
-    let Ok(model) = Candidate::new(&problem, robot.all_effects()) else { return Vec::new() };
-    let residual = model.residual(&problem);
-    let sensors = [Sensor::MotorTorque, Sensor::JointTorque];
-    sensors
+    let mut notes: Vec<Note> = [Sensor::MotorTorque, Sensor::JointTorque]
         .into_iter()
-        .flat_map(|sensor| of_sensor(robot, prepared, form.layout(), &residual, sensor))
-        .collect()
+        .flat_map(|sensor| of_sensor(robot, catalogue, prepared, options, sensor))
+        .collect();
+    if notes.iter().all(|note| note.severity != Severity::Error) {
+        notes.extend(arrangement_notes(robot, catalogue, runs, prepared, options));
+    }
+    notes
+}
+
+/// How the torque of a joint follows the model's.
+pub(crate) struct Followed {
+    pub dof: usize,
+    /// The share of its square that the model explains; negative where it has the opposite sign.
+    pub share: f64,
+}
+
+/// How the torques of one kind follow the model as it stands; empty where there is none.
+pub(crate) fn followed(
+    robot: &Robot,
+    catalogue: &Catalogue,
+    prepared: &Prepared,
+    options: &Options,
+    sensor: Sensor,
+) -> Vec<Followed> {
+    let torques = Torques::of(robot, catalogue, prepared, options, sensor);
+    let of = |(k, &dof): (usize, &usize)| {
+        let (slope, share) = regression(&torques.measured[k], &torques.predicted[k]);
+        Followed { dof, share: share.copysign(slope) }
+    };
+    torques.dofs.iter().enumerate().map(of).collect()
+}
+
+// Torques of one kind, measured and by the model as it stands, of the joints that have them.
+#[derive(Default)]
+struct Torques {
+    dofs: Vec<usize>,
+    measured: Vec<Vec<f64>>,
+    predicted: Vec<Vec<f64>>,
+}
+
+impl Torques {
+    fn of(
+        robot: &Robot,
+        catalogue: &Catalogue,
+        prepared: &Prepared,
+        options: &Options,
+        sensor: Sensor,
+    ) -> Self {
+        let form = prepared.form(robot);
+        let problem = Problem::new(robot, catalogue, &form, options);
+        let Ok(model) = Candidate::new(&problem, robot.all_effects()) else { return Self::default() };
+        let (layout, residual) = (form.layout(), model.residual(&problem));
+        let mut torques = Self::default();
+        for (c, channel) in layout.channels.iter().enumerate().filter(|(_, c)| c.sensor == sensor) {
+            let measured: Vec<f64> = prepared.records.iter().flat_map(|r| r.rows(&r.measured[c])).collect();
+            let rows = layout.of_channel(c).flat_map(|s| s.first..s.first + s.len);
+            torques.predicted.push(measured.iter().zip(rows).map(|(m, k)| m - residual[k]).collect());
+            torques.measured.push(measured);
+            torques.dofs.push(channel.dof);
+        }
+        torques
+    }
 }
 
 fn of_sensor(
     robot: &Robot,
+    catalogue: &Catalogue,
     prepared: &Prepared,
-    layout: &Layout,
-    residual: &[f64],
+    options: &Options,
     sensor: Sensor,
 ) -> Vec<Note> {
-    let torques: Vec<usize> =
-        (0..layout.channels.len()).filter(|&c| layout.channels[c].sensor == sensor).collect();
-    let measured: Vec<Vec<f64>> = torques
-        .iter()
-        .map(|&c| prepared.records.iter().flat_map(|r| r.rows(&r.measured[c])).collect())
-        .collect();
-    let predicted: Vec<Vec<f64>> = torques
-        .iter()
-        .zip(&measured)
-        .map(|(&c, measured)| {
-            let rows = layout.of_channel(c).flat_map(|s| s.first..s.first + s.len);
-            measured.iter().zip(rows).map(|(m, k)| m - residual[k]).collect()
-        })
-        .collect();
-    let joint = |i: usize| robot.model.dof_name(layout.channels[torques[i]].dof);
-    let place = |i: usize| format!("{}.{}", layout.channels[torques[i]].signal(), joint(i));
+    let Torques { dofs, measured, predicted } = Torques::of(robot, catalogue, prepared, options, sensor);
+    let joint = |i: usize| robot.model.dof_name(dofs[i]);
+    let place = |i: usize| format!("{}.{}", Channel { sensor, dof: dofs[i] }.signal(), joint(i));
     let swapped = swaps(&measured, &predicted);
     let mut notes: Vec<Note> = swapped
         .iter()
@@ -84,7 +132,7 @@ fn of_sensor(
             suspicion(Severity::Error, place(i), statement, help)
         })
         .collect();
-    let alone = (0..torques.len()).filter(|i| !swapped.iter().any(|(a, b)| a == i || b == i));
+    let alone = (0..dofs.len()).filter(|i| !swapped.iter().any(|(a, b)| a == i || b == i));
     notes.extend(alone.filter_map(|i| sign_or_size(place(i), &measured[i], &predicted[i])));
     notes
 }
@@ -102,8 +150,17 @@ fn sign_or_size(place: String, measured: &[f64], predicted: &[f64]) -> Option<No
         Some(suspicion(Severity::Error, place, statement, help))
     } else if !(1.0 / FACTOR..FACTOR).contains(&slope) {
         let statement = format!("the torque is {slope:.3} times the model's");
-        let help = "motor quantities are reflected to the link side (times the gear ratio), in N·m";
-        Some(suspicion(Severity::Warning, place, statement, help))
+        let help = format!(
+            "motor quantities are in N·m and reflected to the link side (times the gear ratio): multiply the column's scale in the map by what is missing, about {:.3}, or name currents motor_current",
+            1.0 / slope
+        );
+        let is_no_model = !(1.0 / MUCH..MUCH).contains(&slope);
+        Some(suspicion(
+            if is_no_model { Severity::Error } else { Severity::Warning },
+            place,
+            statement,
+            &help,
+        ))
     } else {
         None
     }

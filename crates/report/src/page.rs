@@ -80,6 +80,10 @@ fn tiles(input: &ReportInput) -> Vec<Value> {
     tiles
 }
 
+fn percent(signal: &SignalError) -> String {
+    signal.share().map_or("–".to_owned(), |share| format!("{} %", number(100.0 * share)))
+}
+
 fn signals(before: &Comparison, after: Option<&Comparison>) -> Vec<Value> {
     let line = |s: &SignalError| {
         let now = after.and_then(|c| c.signals.iter().find(|a| a.signal == s.signal && a.joint == s.joint));
@@ -88,8 +92,8 @@ fn signals(before: &Comparison, after: Option<&Comparison>) -> Vec<Value> {
             signal => s.signal.replace('_', " "),
             before => quantity(s.rms_error, &s.unit),
             after => now.map(|n| quantity(n.rms_error, &n.unit)),
-            of_signal => number(100.0 * s.rms_error / s.rms_measured),
-            of_signal_after => now.map(|n| number(100.0 * n.rms_error / n.rms_measured)),
+            of_signal => percent(s),
+            of_signal_after => now.map(percent),
             floor => quantity(s.noise_floor, &s.unit),
             white => now.unwrap_or(s).white,
         }

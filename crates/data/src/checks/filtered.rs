@@ -19,6 +19,9 @@ pub(super) fn check(run: &Run) -> Vec<Note> {
 }
 
 fn tell(run: &Run, signal: &Signal) -> Option<Note> {
+    if signal.std.is_some() {
+        return None;
+    }
     let lag1 = fourth_difference_lag1(&signal.values);
     // Steps have a colour of their own.
     let stepped =

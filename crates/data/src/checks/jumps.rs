@@ -24,7 +24,7 @@ pub(super) fn check(run: &Run) -> Vec<Note> {
 }
 
 fn tell(run: &Run, signal: &Signal) -> Option<Note> {
-    let jumps = jumps(signal);
+    let jumps: Vec<(usize, f64)> = jumps(signal).into_iter().filter(|(k, _)| !run.is_gap(*k)).collect();
     let (first, size) = *jumps.first()?;
     let more = match jumps.len() {
         1 => String::new(),

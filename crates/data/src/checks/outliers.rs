@@ -49,7 +49,7 @@ fn tell(run: &Run, signal: &Signal) -> Option<Note> {
             number(size),
             unit(signal.quantity)
         ),
-        help: "drop the rows, or use a window of the run without them: FILE@FROM..TO".into(),
+        help: "correct these readings, or use windows of the run without them: FILE@FROM..TO".into(),
     })
 }
 
@@ -99,7 +99,13 @@ fn spike(values: &[f64], first: usize, last: usize) -> Option<(usize, f64)> {
     let height = |k: usize| values[k] - before[3] - (after[0] - before[3]) * (k + 1 - first) as f64 / length;
     let middle = (first..=last).max_by(|&a, &b| height(a).abs().total_cmp(&height(b).abs()))?;
     let jump = after[0] - before[3] - slope * length;
-    (height(middle).abs() > 2.0 * jump.abs()).then_some((middle, height(middle)))
+    let comes_back = height(middle).abs() > 2.0 * jump.abs();
+    // Off the lines through the samples before and after: a kink is on one of them.
+    let off = |from: f64, slope: f64, samples: usize| (values[middle] - from - slope * samples as f64).abs();
+    let off_before = off(before[3], (before[3] - before[0]) / 3.0, middle + 1 - first);
+    let off_after = off(after[0], (after[0] - after[3]) / 3.0, last + 1 - middle);
+    let is_off = off_before.min(off_after) > 0.5 * height(middle).abs();
+    (comes_back && is_off).then_some((middle, height(middle)))
 }
 
 #[cfg(test)]
@@ -148,6 +154,15 @@ mod tests {
         let mut values = signal();
         values[500..].iter_mut().for_each(|v| *v += 3.0);
         assert_eq!(outliers(&clock(), &values), []);
+    }
+
+    // A command of lines without noise.
+    #[test]
+    fn a_kink_is_no_outlier() {
+        let rise = |k: usize| (k as f64 - 500.0).max(0.0) * 0.01;
+        assert_eq!(outliers(&clock(), &(0..1000).map(rise).collect::<Vec<_>>()), []);
+        let smooth = |k: usize| (0.004 * k as f64).sin() + rise(k);
+        assert_eq!(outliers(&clock(), &(0..1000).map(smooth).collect::<Vec<_>>()), []);
     }
 
     #[test]

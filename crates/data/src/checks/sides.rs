@@ -64,21 +64,27 @@ fn ratio(run: &Run, theta: &Signal, q: &Signal) -> Option<Note> {
     if (slope - 1.0).abs() <= SLOPE {
         return None;
     }
-    let (cause, help) = if (slope + 1.0).abs() <= SLOPE {
+    let (severity, cause, help) = if (slope + 1.0).abs() <= SLOPE {
         (
+            Severity::Error,
             "the two sides turn in opposite directions".into(),
             "give one of them the scale -1 in the columns map",
         )
     } else if slope.abs() > 2.0 {
         (
+            Severity::Warning,
             format!("the motor position is not reflected to the link side (gear ratio {}?)", number(slope)),
             "give it the scale 1/N in the columns map",
         )
     } else {
-        ("the two sides have different scales".into(), "give the scale of the wrong one in the columns map")
+        (
+            Severity::Warning,
+            "the two sides have different scales".into(),
+            "give the scale of the wrong one in the columns map",
+        )
     };
     let statement = format!("moves {} times as far as {}: {cause}", number(slope), q.name());
-    Some(about(run, theta, Severity::Warning, statement, help))
+    Some(about(run, theta, severity, statement, help))
 }
 
 /// q − θ = −d θ̇ + offset: which is what a delay d of the link channel looks like.

@@ -59,7 +59,12 @@ fn gaps(run: &Run, steps: &[f64], period: f64) -> Option<Note> {
             number(steps[longest]),
             number(period)
         ),
-        help: "use windows of the run between the gaps: FILE@FROM..TO".into(),
+        help: if run.is_gap(longest + 1) {
+            "the commands take the stretches between long gaps as runs of their own; FILE@FROM..TO names one"
+        } else {
+            "use windows of the run between the gaps: FILE@FROM..TO"
+        }
+        .into(),
     })
 }
 

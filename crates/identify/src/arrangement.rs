@@ -1,0 +1,207 @@
+//! Positions that stand in each other's place or have the opposite sign: where the torques do not follow the model, whether
+//! they would with the columns arranged in another way.
+
+use rayon::prelude::*;
+
+use sinew_data::{Note, Quantity, Run, Severity};
+use sinew_effect::{Catalogue, Sensor};
+use sinew_model::Robot;
+
+use crate::Options;
+use crate::comparison::Prepared;
+use crate::torque_checks::{Followed, followed};
+
+// Seconds of a run that are looked at, and the joints of which pairs are.
+const LOOKED_AT: f64 = 10.0;
+const MOST_JOINTS: usize = 8;
+// The share of its torque that the model explains of every joint that is arranged, and what all joints gain together.
+const EXPLAINED: f64 = 0.7;
+// … of every joint from which nothing is looked for.
+const NEARLY_ALL: f64 = 0.9;
+const GAIN: f64 = 0.5;
+
+// How columns are arranged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Arrangement {
+    // The opposite sign: of the positions of a joint, of all its columns.
+    PositionsTurned(usize),
+    JointTurned(usize),
+    // Two in each other's place: their positions, all their columns.
+    PositionsExchanged(usize, usize),
+    JointsExchanged(usize, usize),
+}
+
+/// What looks exchanged or turned about: the arrangement of the first seconds that explains most, if it explains much more than
+/// the columns as they are.
+pub(crate) fn arrangement_notes(
+    robot: &Robot,
+    catalogue: &Catalogue,
+    runs: &[Run],
+    prepared: &Prepared,
+    options: &Options,
+) -> Vec<Note> {
+    let Some((name, Ok(run))) = runs.first().map(|run| (&run.name, run.window(0.0, LOOKED_AT))) else {
+        return Vec::new();
+    };
+    let explained = |run: &Run| -> Option<Vec<Followed>> {
+        let runs = std::slice::from_ref(run);
+        let prepared = Prepared::with(robot, runs, prepared.sensors.clone(), prepared.scales).ok()?;
+        Some(followed(robot, catalogue, &prepared, options, Sensor::MotorTorque))
+    };
+    let Some(before) = explained(&run) else { return Vec::new() };
+    let joints: Vec<usize> = before.iter().map(|f| f.dof).collect();
+    if joints.len() > MOST_JOINTS || before.iter().all(|f| f.share > NEARLY_ALL) {
+        return Vec::new();
+    }
+    let sum = |all: &[Followed]| all.iter().map(|f| f.share).sum::<f64>();
+    let tried = arrangements(&joints).into_par_iter().filter_map(|arrangement| {
+        let after = explained(&arrangement.of(robot, &run))?;
+        let share = |dof: usize| after.iter().find(|f| f.dof == dof).map_or(0.0, |f| f.share);
+        let fits = arrangement.joints().iter().all(|dof| share(*dof) > EXPLAINED);
+        let gain = sum(&after) - sum(&before);
+        (fits && gain > GAIN).then_some((arrangement, gain))
+    });
+    let best = tried.max_by(|a, b| a.1.total_cmp(&b.1));
+    best.map(|(arrangement, _)| arrangement.note(robot, name)).into_iter().collect()
+}
+
+fn arrangements(joints: &[usize]) -> Vec<Arrangement> {
+    let alone = joints
+        .iter()
+        .flat_map(|&joint| [Arrangement::PositionsTurned(joint), Arrangement::JointTurned(joint)]);
+    let pairs = joints.iter().enumerate().flat_map(|(k, &a)| joints[k + 1..].iter().map(move |&b| (a, b)));
+    let exchanged =
+        pairs.flat_map(|(a, b)| [Arrangement::PositionsExchanged(a, b), Arrangement::JointsExchanged(a, b)]);
+    alone.chain(exchanged).collect()
+}
+
+impl Arrangement {
+    fn joints(self) -> Vec<usize> {
+        match self {
+            Self::PositionsTurned(joint) | Self::JointTurned(joint) => vec![joint],
+            Self::PositionsExchanged(a, b) | Self::JointsExchanged(a, b) => vec![a, b],
+        }
+    }
+
+    // The run arranged so.
+    fn of(self, robot: &Robot, run: &Run) -> Run {
+        let is_position = |q: Quantity| matches!(q, Quantity::MotorPosition | Quantity::JointPosition);
+        let name = |dof: usize| robot.model.dof_name(dof);
+        let mut run = run.clone();
+        for signal in run.signals.iter_mut().filter(|s| s.quantity.is_of_joint()) {
+            let takes = match self {
+                Self::PositionsTurned(_) | Self::PositionsExchanged(..) => is_position(signal.quantity),
+                Self::JointTurned(_) | Self::JointsExchanged(..) => signal.quantity != Quantity::Temperature,
+            };
+            match self {
+                Self::PositionsTurned(joint) | Self::JointTurned(joint) => {
+                    if takes && signal.place == name(joint) {
+                        signal.values.iter_mut().for_each(|x| *x = -*x);
+                    }
+                }
+                Self::PositionsExchanged(a, b) | Self::JointsExchanged(a, b) => {
+                    if takes && signal.place == name(a) {
+                        name(b).clone_into(&mut signal.place);
+                    } else if takes && signal.place == name(b) {
+                        name(a).clone_into(&mut signal.place);
+                    }
+                }
+            }
+        }
+        run
+    }
+
+    fn note(self, robot: &Robot, run: &str) -> Note {
+        let name = |dof: usize| robot.model.dof_name(dof);
+        let (statement, help) = match self {
+            Self::PositionsTurned(joint) => (
+                format!(
+                    "the positions of joint \"{}\" look as if they had the opposite sign: turned about, torques fit the model",
+                    name(joint)
+                ),
+                "write negative scales for them in the columns map",
+            ),
+            Self::JointTurned(joint) => (
+                format!(
+                    "joint \"{}\" looks turned about: with the opposite sign of all its columns, torques fit the model",
+                    name(joint)
+                ),
+                "write negative scales for its columns in the map, or turn the joint's axis",
+            ),
+            Self::PositionsExchanged(a, b) => (
+                format!(
+                    "the positions of \"{}\" and \"{}\" look exchanged: in each other's place, torques fit the model",
+                    name(a),
+                    name(b)
+                ),
+                "exchange them in the columns map",
+            ),
+            Self::JointsExchanged(a, b) => (
+                format!(
+                    "the columns of \"{}\" and \"{}\" look exchanged: in each other's place, torques fit the model",
+                    name(a),
+                    name(b)
+                ),
+                "exchange the two joints in the columns map",
+            ),
+        };
+        Note { severity: Severity::Error, place: run.to_owned(), statement, help: help.to_owned() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sinew_data::Signal;
+    use sinew_effects::CATALOGUE;
+    use sinew_model::samples;
+    use sinew_rigid::inverse_dynamics;
+
+    use super::*;
+    use crate::torque_checks;
+
+    // Two joints of an arm in its own plane, moved at incommensurable frequencies, with the torques of its model.
+    fn run(robot: &Robot) -> Run {
+        let period = 2e-3;
+        let time: Vec<f64> = (0..4000).map(|k| period * k as f64).collect();
+        let motion = |t: f64| {
+            let [a, b] = [2.1, 3.7].map(|w| w * t);
+            (
+                [0.5 * a.sin(), 0.6 * b.sin()],
+                [1.05 * a.cos(), 2.22 * b.cos()],
+                [-2.205 * a.sin(), -8.214 * b.sin()],
+            )
+        };
+        let torque = |t: f64| {
+            let (q, qd, qdd) = motion(t);
+            inverse_dynamics(&robot.model, &q, &qd, &qdd)
+        };
+        let series = |of: &dyn Fn(f64) -> f64| time.iter().map(|t| of(*t)).collect::<Vec<f64>>();
+        let signals = (0..2).flat_map(|dof| {
+            let name = robot.model.dof_name(dof);
+            [
+                Signal::new(Quantity::MotorPosition, name, series(&|t| motion(t).0[dof])),
+                Signal::new(Quantity::MotorTorque, name, series(&|t| torque(t)[dof])),
+            ]
+        });
+        Run::new("swing".to_owned(), time.clone(), signals.collect()).unwrap()
+    }
+
+    #[test]
+    fn columns_that_stand_in_each_others_place_or_are_turned_are_told() {
+        let robot = Robot::rigid(samples::planar_arm(2, 4.0, 0.5));
+        let run = run(&robot);
+        let told =
+            |run: &Run| torque_checks(&robot, &CATALOGUE, std::slice::from_ref(run), &Options::default());
+        assert_eq!(told(&run), []);
+        let arranged = [
+            (Arrangement::JointTurned(1), "turned about"),
+            (Arrangement::PositionsExchanged(0, 1), "exchanged"),
+            (Arrangement::JointsExchanged(0, 1), "exchanged"),
+        ];
+        for (arrangement, words) in arranged {
+            let notes = told(&arrangement.of(&robot, &run));
+            assert!(notes.iter().any(|n| n.severity == Severity::Error), "{arrangement:?}: {notes:?}");
+            assert!(notes.iter().any(|n| n.statement.contains(words)), "{arrangement:?}: {notes:?}");
+        }
+    }
+}
