@@ -67,18 +67,14 @@ pub enum DataError {
         got: usize,
     },
     /// The header names nothing that Sinew knows and no columns map was given.
-    #[error(
-        "{file}:1: no column has a name that is known here (got {found})\n  help: say which column is what with --columns map.toml, for example\n    time = {{ column = \"{example_time}\" }}\n    \"joint_position.JOINT\" = {{ column = \"{example_column}\", scale = 1.0 }}"
-    )]
+    #[error("{file}:1: no column has a name that is known here (got {found})\n  help: {help}")]
     NoKnownColumn {
         /// The file.
         file: String,
         /// The headers found.
         found: String,
-        /// A header to show in the example as time.
-        example_time: String,
-        /// A header to show in the example as joint position.
-        example_column: String,
+        /// How to name them.
+        help: String,
     },
     /// There is no time column.
     #[error(
@@ -127,9 +123,7 @@ pub enum DataError {
         help: String,
     },
     /// A value is NaN or infinite.
-    #[error(
-        "{place}: column \"{column}\" is not finite (got {got})\n  help: drop the row, or use a window of the run without it: FILE@FROM..TO"
-    )]
+    #[error("{place}: column \"{column}\" is not finite (got {got}{more})\n  help: {help}")]
     NotFinite {
         /// File and line.
         place: String,
@@ -137,6 +131,10 @@ pub enum DataError {
         column: String,
         /// The value.
         got: f64,
+        /// How many more there are; empty if none.
+        more: String,
+        /// The way out.
+        help: String,
     },
     /// A value that would drown everything else.
     #[error(
@@ -203,9 +201,7 @@ pub enum DataError {
         got: f64,
     },
     /// A row has more or fewer fields than the header.
-    #[error(
-        "{place}: wrong number of fields (got {got}, the header has {expected})\n  help: complete or drop the row; a log that was cut off ends like this"
-    )]
+    #[error("{place}: wrong number of fields (got {got}, the header has {expected})\n  help: {help}")]
     FieldCount {
         /// File and line.
         place: String,
@@ -213,6 +209,8 @@ pub enum DataError {
         got: usize,
         /// Fields in the header.
         expected: usize,
+        /// The way out.
+        help: String,
     },
     /// A quotation or another part of the CSV cannot be understood.
     #[error("{file}: not a table of comma-separated values\n  help: check the quotation marks")]

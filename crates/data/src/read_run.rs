@@ -191,12 +191,7 @@ impl Layout {
             }
         }
         if signals.is_empty() {
-            return Err(DataError::NoKnownColumn {
-                file: file.into(),
-                found,
-                example_time: headers.get(0).unwrap_or("t").into(),
-                example_column: headers.get(1).unwrap_or("q").into(),
-            });
+            return Err(DataError::NoKnownColumn { file: file.into(), found, help: naming(headers) });
         }
         let Some(time) = time else { return Err(DataError::NoTime { file: file.into(), found }) };
         let notes = if columns.is_some() { Vec::new() } else { ignored(file, &unknown) };
@@ -222,11 +217,12 @@ impl Layout {
             let line = cursor.line_at(row.position().map_or(0, |p| p.byte() as usize));
             let place = || format!("{file}:{line}");
             if row.len() != headers.len() {
-                return Err(DataError::FieldCount {
-                    place: place(),
-                    got: row.len(),
-                    expected: headers.len(),
-                });
+                let (got, expected) = (row.len(), headers.len());
+                let help = match got {
+                    _ if got == 2 * expected => "a decimal comma? Write the decimal point as a full stop",
+                    _ => "complete or drop the row; a log that was cut off ends like this",
+                };
+                return Err(DataError::FieldCount { place: place(), got, expected, help: help.into() });
             }
             time.push(self.time.number(&row, headers, place)?);
             for (values, (_, field)) in values.iter_mut().zip(&self.signals) {
@@ -363,6 +359,33 @@ fn help_for(text: &str) -> String {
             "drop the row, correct the field, or use a window of the run without it: FILE@FROM..TO".into()
         }
     }
+}
+
+/// How to name the columns of a log none of which has a name that is known.
+fn naming(headers: &csv::StringRecord) -> String {
+    if headers.iter().all(|h| parse(h).is_some()) {
+        return "the first line holds numbers: write a line of names above it, \
+                time,motor_position.JOINT,motor_torque.JOINT… with the URDF's joints"
+            .into();
+    }
+    if headers.iter().any(|h| h.to_lowercase().parse::<SignalName>().is_ok()) {
+        return "quantities are written in small letters: time, motor_position.JOINT, motor_torque.JOINT …"
+            .into();
+    }
+    // A header with one of these letters; one after another if none has them.
+    let like = |words: &[&str], other: usize| {
+        let has = |h: &&str| words.iter().any(|word| h.to_lowercase().contains(word));
+        headers.iter().skip(1).find(has).or(headers.get(other)).unwrap_or("…").to_owned()
+    };
+    let time = headers.get(0).unwrap_or("…");
+    let (position, torque) = (like(&["pos", "q", "angle"], 1), like(&["torque", "tau", "effort", "tq"], 2));
+    format!(
+        "say which column is what with --columns map.toml, for every JOINT of the URDF, for example\n    \
+         time = {{ column = \"{time}\" }}\n    \
+         \"motor_position.JOINT\" = {{ column = \"{position}\", scale = 1.0 }}  # to rad\n    \
+         \"motor_torque.JOINT\" = {{ column = \"{torque}\", scale = 1.0 }}  # to N·m behind the gear; motor_current: A\n    \
+         # joint_position, joint_torque: what sensors behind the gear show"
+    )
 }
 
 fn found(headers: &csv::StringRecord) -> String {

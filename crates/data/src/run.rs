@@ -62,6 +62,9 @@ impl Signal {
     }
 }
 
+// Share of the rows, one of so many, without a number from which a sensor may be slower than its log.
+const SLOWER: usize = 4;
+const DROP_ROW: &str = "drop the row, or use a window of the run without it: FILE@FROM..TO";
 // A gap: more periods than these, and more seconds.
 const MOST_PERIODS: f64 = 20.0;
 const LONGEST_STEP: f64 = 0.1;
@@ -330,7 +333,18 @@ impl Run {
         match values.iter().position(|v| !v.is_finite()) {
             None => Ok(()),
             Some(k) => {
-                Err(DataError::NotFinite { place: self.place_of(k), column: column(), got: values[k] })
+                let (all, wrong) = (values.len(), values.iter().filter(|v| !v.is_finite()).count());
+                let (more, help) = match wrong {
+                    1 => (String::new(), DROP_ROW),
+                    _ if wrong == all => (", as all of its rows".to_owned(), "leave the column out"),
+                    _ if SLOWER * wrong >= all => (
+                        format!(", as {wrong} of its {all} rows"),
+                        "a sensor slower than the log? Fill in between its readings, or leave the column out",
+                    ),
+                    _ => (format!(", as {wrong} of its {all} rows"), DROP_ROW),
+                };
+                let (place, help) = (self.place_of(k), help.to_owned());
+                Err(DataError::NotFinite { place, column: column(), got: values[k], more, help })
             }
         }
     }

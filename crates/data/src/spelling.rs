@@ -2,7 +2,8 @@
 
 use strsim::osa_distance;
 
-/// The word of `allowed` that `word` was probably meant to be: at most a third of its letters are wrong.
+/// The word of `allowed` that `word` was probably meant to be: at most a third of its letters are wrong. Of words joined by
+/// underscores the first one is enough.
 ///
 /// # Example
 /// ```
@@ -10,8 +11,11 @@ use strsim::osa_distance;
 /// ```
 pub fn nearest<'a>(word: &str, allowed: &[&'a str]) -> Option<&'a str> {
     let limit = word.chars().count().div_ceil(3);
-    let closest = allowed.iter().map(|&candidate| (osa_distance(word, candidate), candidate)).min()?;
-    (closest.0 <= limit).then_some(closest.1)
+    let by = |part: fn(&str) -> &str| {
+        let closest = allowed.iter().map(|&candidate| (osa_distance(word, part(candidate)), candidate)).min();
+        closest.filter(|closest| closest.0 <= limit).map(|closest| closest.1)
+    };
+    by(|whole| whole).or_else(|| by(|whole| whole.split('_').next().unwrap_or(whole)))
 }
 
 #[cfg(test)]
@@ -21,6 +25,7 @@ mod tests {
     #[test]
     fn nothing_is_suggested_for_a_word_unlike_all() {
         assert_eq!(nearest("colum", &["column", "scale"]), Some("column"));
+        assert_eq!(nearest("coging", &["coulomb_friction", "cogging_torque"]), Some("cogging_torque"));
         assert_eq!(nearest("zebra", &["column", "scale"]), None);
         assert_eq!(nearest("x", &[]), None);
     }

@@ -186,8 +186,31 @@ fn unknown_headers_are_listed_with_an_example_of_a_columns_map() {
     let text = refusal("headers", "t_s,q1_deg\n0,1\n1,2\n");
     assert_eq!(
         text,
-        "run.csv:1: no column has a name that is known here (got t_s, q1_deg)\n  help: say which column is what with --columns map.toml, for example\n    time = { column = \"t_s\" }\n    \"joint_position.JOINT\" = { column = \"q1_deg\", scale = 1.0 }"
+        "run.csv:1: no column has a name that is known here (got t_s, q1_deg)\n  help: say which column is what with --columns map.toml, for every JOINT of the URDF, for example\n    time = { column = \"t_s\" }\n    \"motor_position.JOINT\" = { column = \"q1_deg\", scale = 1.0 }  # to rad\n    \"motor_torque.JOINT\" = { column = \"…\", scale = 1.0 }  # to N·m behind the gear; motor_current: A\n    # joint_position, joint_torque: what sensors behind the gear show"
     );
+}
+
+#[test]
+fn a_log_without_names_and_one_in_capitals_are_told_so() {
+    let text = refusal("numbers", "0,1\n1,2\n2,3\n");
+    assert!(text.contains("help: the first line holds numbers"), "{text}");
+    let text = refusal("capitals", "TIME,MOTOR_POSITION.ELBOW\n0,1\n1,2\n");
+    assert!(text.contains("help: quantities are written in small letters"), "{text}");
+}
+
+#[test]
+fn a_column_of_a_slower_sensor_is_told_with_its_rows() {
+    let rows: String = (0..8).map(|k| format!("{k},{}\n", if k % 2 == 0 { "1" } else { "nan" })).collect();
+    let text = refusal("slower", format!("time,joint_position.elbow\n{rows}"));
+    assert!(text.contains("(got NaN, as 4 of its 8 rows)") && text.contains("a sensor slower"), "{text}");
+    let text = refusal("none", "time,joint_position.elbow\n0,nan\n1,nan\n");
+    assert!(text.contains("as all of its rows") && text.contains("leave the column out"), "{text}");
+}
+
+#[test]
+fn twice_as_many_fields_may_be_decimal_commas() {
+    let text = refusal("comma", "time,joint_position.elbow\n0,00,1,5\n0,01,1,6\n");
+    assert!(text.contains("a decimal comma?"), "{text}");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Positions beside the limits of the URDF: another unit, an offset, another joint.
+//! Positions, speeds and springs beside what the URDF and the sidecar state: another unit, an offset, another joint.
 
 use std::f64::consts::TAU;
 
@@ -17,9 +17,11 @@ const FASTER: f64 = 1.5;
 const MUCH_FASTER: f64 = 5.0;
 // Seconds over which a speed is taken: encoder steps are no speed.
 const OVER: f64 = 0.05;
+// Deflection, rad, beyond which a joint is hardly one with an elastic gear.
+const SOFT: f64 = 1.0;
 
 /// What is suspicious about the positions of a run: more than 1 % of them outside of the limits that the URDF states, or
-/// half as fast again as its limit of velocity. A motion much wider than these, where degrees would explain it, is an error,
+/// half as fast again as its limit of velocity; of a spring that the logged torques would bend by more than a radian. A motion much wider than these, where degrees would explain it, is an error,
 /// and so is one five times as fast.
 ///
 /// Joints without limits are not looked at; the help says so where degrees would explain it.
@@ -33,7 +35,28 @@ pub fn range_checks(robot: &Robot, runs: &[Run]) -> Vec<Note> {
             .flatten()
             .collect()
     };
-    runs.iter().flat_map(of_run).collect()
+    let soft = runs.iter().flat_map(|run| (0..model.nv).filter_map(|dof| too_soft(robot, run, dof)));
+    runs.iter().flat_map(of_run).chain(soft).collect()
+}
+
+// A spring that the logged torques would bend further than any gear lets it: a stiffness in another unit.
+fn too_soft(robot: &Robot, run: &Run, dof: usize) -> Option<Note> {
+    let joint = &robot.model.joints[robot.model.joint_of_dof(dof).0];
+    let stiffness = robot.joints[dof].stiffness.filter(|k| *k > 0.0 && !joint.kind.slides())?;
+    let torque = run.signal(Quantity::MotorTorque, &joint.name)?;
+    let largest = torque.values.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let statement = format!(
+        "the spring of joint \"{}\", {stiffness} N·m/rad, gives way by {:.1} rad under the largest torque of the log ({largest:.3} N·m)",
+        joint.name,
+        largest / stiffness
+    );
+    let help = "state stiffness in N·m/rad, seen from the link side of the gear".to_owned();
+    (largest / stiffness > SOFT).then(|| Note {
+        severity: Severity::Warning,
+        place: run.name.clone(),
+        statement,
+        help,
+    })
 }
 
 // A clock or a position in another unit.
@@ -135,6 +158,20 @@ mod tests {
         assert!(range_checks(&robot, &[run(0.01)]).is_empty());
         assert_eq!(range_checks(&robot, &[run(0.005)])[0].severity, Severity::Warning);
         assert_eq!(range_checks(&robot, &[run(0.001)])[0].severity, Severity::Error);
+    }
+
+    #[test]
+    fn a_spring_of_another_unit_is_told() {
+        let mut robot = Robot::rigid(samples::pendulum(1.0, 0.5));
+        let name = robot.model.joints[0].name.clone();
+        let torque = Signal::new(Quantity::MotorTorque, &name, vec![0.0, -9.0, 3.0]);
+        let run = Run::new("run".to_owned(), vec![0.0, 1.0, 2.0], vec![torque]).unwrap();
+        let mut told = |stiffness: f64| {
+            robot.joints[0].stiffness = Some(stiffness);
+            range_checks(&robot, std::slice::from_ref(&run))
+        };
+        assert!(told(1800.0).is_empty());
+        assert!(told(1.8)[0].statement.contains("gives way by 5.0 rad"));
     }
 
     #[test]
