@@ -185,10 +185,10 @@ impl Run {
             statement: format!("{long:.3} s are missing: taken as {}{rest}", names.join(" and ")),
             help: "name the windows that you want: FILE@FROM..TO".into(),
         };
-        match pieces.first_mut() {
-            Some(piece) => piece.notes.push(note),
-            None => return vec![self],
-        }
+        // What was told of the reading is told once.
+        let Some((first, others)) = pieces.split_first_mut() else { return vec![self] };
+        first.notes.push(note);
+        others.iter_mut().for_each(|piece| piece.notes.clear());
         pieces
     }
 

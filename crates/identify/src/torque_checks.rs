@@ -11,13 +11,16 @@ use crate::comparison::Prepared;
 use crate::problem::{Candidate, Problem};
 use crate::record::Channel;
 use crate::residual::ResidualForm;
+use crate::spread::std;
 
 // A torque whose square the model explains to this share can be judged for sign and size.
 const CLEAR: f64 = 0.5;
 // A factor between measured and model torque beyond this is no friction.
 const FACTOR: f64 = 4.0;
-// … and beyond this no model of the robot.
-const MUCH: f64 = 30.0;
+// … and outside of these no model of the robot, where the model's torque varies by this share of the largest one or more:
+// beside the rotor of a geared joint its link's inertia may be little, and nothing where a URDF has none.
+const BELIEVABLE: std::ops::Range<f64> = 1.0 / 30.0..300.0;
+const WEIGHTY: f64 = 0.02;
 // Two joints are swapped if exchanging them explains this much more, of two.
 const SWAP: f64 = 0.4;
 
@@ -133,12 +136,15 @@ fn of_sensor(
         })
         .collect();
     let alone = (0..dofs.len()).filter(|i| !swapped.iter().any(|(a, b)| a == i || b == i));
-    notes.extend(alone.filter_map(|i| sign_or_size(place(i), &measured[i], &predicted[i])));
+    let sizes: Vec<f64> = predicted.iter().map(|torque| std(torque)).collect();
+    let largest = sizes.iter().fold(0.0f64, |m, x| m.max(*x));
+    let is_weighty = |i: usize| sizes[i] > WEIGHTY * largest;
+    notes.extend(alone.filter_map(|i| sign_or_size(place(i), &measured[i], &predicted[i], is_weighty(i))));
     notes
 }
 
 // A torque that follows the model's with the wrong sign or size.
-fn sign_or_size(place: String, measured: &[f64], predicted: &[f64]) -> Option<Note> {
+fn sign_or_size(place: String, measured: &[f64], predicted: &[f64], is_weighty: bool) -> Option<Note> {
     let (slope, share) = regression(measured, predicted);
     if share < CLEAR {
         None
@@ -154,7 +160,7 @@ fn sign_or_size(place: String, measured: &[f64], predicted: &[f64]) -> Option<No
             "motor quantities are in N·m and reflected to the link side (times the gear ratio): multiply the column's scale in the map by what is missing, about {:.3}, or name currents motor_current",
             1.0 / slope
         );
-        let is_no_model = !(1.0 / MUCH..MUCH).contains(&slope);
+        let is_no_model = is_weighty && !BELIEVABLE.contains(&slope);
         Some(suspicion(
             if is_no_model { Severity::Error } else { Severity::Warning },
             place,
