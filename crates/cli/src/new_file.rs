@@ -12,12 +12,19 @@ pub(crate) fn check(path: &Path, endings: &[&str], read: &[&Path]) -> Result<(),
         let help = format!("end the name with {}", endings.join(" or "));
         return Err(CliError::usage(name, "says another format than what is written", help));
     }
-    let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
-    if folder.is_some_and(|f| !f.is_dir()) {
-        return Err(CliError::usage(name, "there is no such folder", "make the folder first"));
-    }
+    check_folder(path)?;
     if read.iter().any(|other| is_same(path, other)) {
         return Err(CliError::usage(name, "is read by this command and would be lost", "give another name"));
+    }
+    Ok(())
+}
+
+/// Refuses a file that has no folder.
+pub(crate) fn check_folder(path: &Path) -> Result<(), CliError> {
+    let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
+    if folder.is_some_and(|f| !f.is_dir()) {
+        let name = path.display().to_string();
+        return Err(CliError::usage(name, "there is no such folder", "make the folder first"));
     }
     Ok(())
 }

@@ -34,7 +34,7 @@ impl OutputFile {
             let what = "is the sidecar that is read";
             return Err(CliError::usage(place, what, "say --in-place to replace it, or give another name"));
         }
-        new_file::check(path, &[".toml"], &[])?;
+        new_file::check_folder(path)?;
         Ok(path.clone())
     }
 }

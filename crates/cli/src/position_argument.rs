@@ -64,8 +64,7 @@ mod tests {
 
     #[test]
     fn a_wrong_position_is_answered_with_the_joints() {
-        let arm = samples::planar_arm(2, 1.0, 0.5);
-        let mut arm = arm;
+        let mut arm = samples::planar_arm(2, 1.0, 0.5);
         (arm.joints[0].limits.lower, arm.joints[0].limits.upper) = (-1.0, 1.5);
         assert_eq!(position("2,0", &arm).unwrap(), [2.0, 0.0]);
         let message = position("joint_1=45", &arm).unwrap_err().to_string();

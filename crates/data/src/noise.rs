@@ -43,6 +43,11 @@ pub fn fourth_difference_lag1(values: &[f64]) -> f64 {
     d.windows(2).map(|d| d[0] * d[1]).sum::<f64>() / d.iter().map(|d| d * d).sum::<f64>()
 }
 
+/// True if the fourth differences of a signal with this correlation are those of white noise.
+pub(crate) fn is_white(lag1: f64) -> bool {
+    (lag1 + 0.8).abs() <= 0.15
+}
+
 /// Standard deviation of the instrument's noise: as stated with the signal, else estimated.
 ///
 /// ```text

@@ -4,21 +4,23 @@
 use rayon::prelude::*;
 
 use sinew_data::{Note, Quantity, Run, Severity};
-use sinew_effect::{Catalogue, Sensor};
 use sinew_model::Robot;
 
-use crate::Options;
-use crate::comparison::Prepared;
-use crate::torque_checks::{Followed, followed};
-
-// Seconds of a run that are looked at, and the joints of which pairs are.
+// Seconds of a run and most joints that are looked at.
 const LOOKED_AT: f64 = 10.0;
 const MOST_JOINTS: usize = 8;
-// The share of its torque that the model explains of every joint that is arranged, and what all joints gain together.
-const EXPLAINED: f64 = 0.7;
-// … of every joint from which nothing is looked for.
+// The share of its torque that the model explains of every joint where nothing is looked for.
 const NEARLY_ALL: f64 = 0.9;
+// The same of every joint that is arranged, and what all joints gain together.
+const EXPLAINED: f64 = 0.7;
 const GAIN: f64 = 0.5;
+
+/// How the torque of a joint follows the model's.
+pub(crate) struct Followed {
+    pub dof: usize,
+    /// The share of its square that the model explains; negative where it has the opposite sign.
+    pub share: f64,
+}
 
 // How columns are arranged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,21 +34,14 @@ enum Arrangement {
 }
 
 /// What looks exchanged or turned about: the arrangement of the first seconds that explains most, if it explains much more than
-/// the columns as they are.
+/// the columns as they are. `explained`: how the torques of a run's motors follow the model as it stands.
 pub(crate) fn arrangement_notes(
     robot: &Robot,
-    catalogue: &Catalogue,
     runs: &[Run],
-    prepared: &Prepared,
-    options: &Options,
+    explained: impl Fn(&Run) -> Option<Vec<Followed>> + Sync,
 ) -> Vec<Note> {
     let Some((name, Ok(run))) = runs.first().map(|run| (&run.name, run.window(0.0, LOOKED_AT))) else {
         return Vec::new();
-    };
-    let explained = |run: &Run| -> Option<Vec<Followed>> {
-        let runs = std::slice::from_ref(run);
-        let prepared = Prepared::with(robot, runs, prepared.sensors.clone(), prepared.scales).ok()?;
-        Some(followed(robot, catalogue, &prepared, options, Sensor::MotorTorque))
     };
     let Some(before) = explained(&run) else { return Vec::new() };
     let joints: Vec<usize> = before.iter().map(|f| f.dof).collect();
@@ -157,7 +152,7 @@ mod tests {
     use sinew_rigid::inverse_dynamics;
 
     use super::*;
-    use crate::torque_checks;
+    use crate::{Options, torque_checks};
 
     // Two joints of an arm in its own plane, moved at incommensurable frequencies, with the torques of its model.
     fn run(robot: &Robot) -> Run {

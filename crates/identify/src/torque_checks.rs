@@ -5,7 +5,7 @@ use sinew_effect::{Catalogue, Sensor};
 use sinew_model::Robot;
 
 use crate::Options;
-use crate::arrangement::arrangement_notes;
+use crate::arrangement::{Followed, arrangement_notes};
 use crate::before::as_measured;
 use crate::comparison::Prepared;
 use crate::problem::{Candidate, Problem};
@@ -47,82 +47,54 @@ pub(crate) fn torque_notes(
     prepared: &Prepared,
     options: &Options,
 ) -> Vec<Note> {
+    let torques = torques(robot, catalogue, prepared, options);
     let mut notes: Vec<Note> = [Sensor::MotorTorque, Sensor::JointTorque]
         .into_iter()
-        .flat_map(|sensor| of_sensor(robot, catalogue, prepared, options, sensor))
+        .flat_map(|sensor| of_sensor(robot, torques.iter().filter(|t| t.channel.sensor == sensor).collect()))
         .collect();
     if notes.iter().all(|note| note.severity != Severity::Error) {
-        notes.extend(arrangement_notes(robot, catalogue, runs, prepared, options));
+        notes.extend(arrangement_notes(robot, runs, |run| {
+            let (runs, sensors) = (std::slice::from_ref(run), prepared.sensors.clone());
+            let prepared = Prepared::with(robot, runs, sensors, prepared.scales).ok()?;
+            let torques = self::torques(robot, catalogue, &prepared, options);
+            Some(torques.iter().filter(|t| t.channel.sensor == Sensor::MotorTorque).map(followed).collect())
+        }));
     }
     notes
 }
 
-/// How the torque of a joint follows the model's.
-pub(crate) struct Followed {
-    pub dof: usize,
-    /// The share of its square that the model explains; negative where it has the opposite sign.
-    pub share: f64,
+// A torque, measured and by the model as it stands.
+struct Torque {
+    channel: Channel,
+    measured: Vec<f64>,
+    predicted: Vec<f64>,
 }
 
-/// How the torques of one kind follow the model as it stands; empty where there is none.
-pub(crate) fn followed(
-    robot: &Robot,
-    catalogue: &Catalogue,
-    prepared: &Prepared,
-    options: &Options,
-    sensor: Sensor,
-) -> Vec<Followed> {
-    let torques = Torques::of(robot, catalogue, prepared, options, sensor);
-    let of = |(k, &dof): (usize, &usize)| {
-        let (slope, share) = regression(&torques.measured[k], &torques.predicted[k]);
-        Followed { dof, share: share.copysign(slope) }
+// All torques; none of a robot that is no plant.
+fn torques(robot: &Robot, catalogue: &Catalogue, prepared: &Prepared, options: &Options) -> Vec<Torque> {
+    let form = prepared.form(robot);
+    let problem = Problem::new(robot, catalogue, &form, options);
+    let Ok(model) = Candidate::new(&problem, robot.all_effects()) else { return Vec::new() };
+    let (layout, residual) = (form.layout(), model.residual(&problem));
+    let is_torque = |channel: &Channel| channel.sensor != Sensor::JointPosition;
+    let of = |(c, channel): (usize, &Channel)| {
+        let measured: Vec<f64> = prepared.records.iter().flat_map(|r| r.rows(&r.measured[c])).collect();
+        let rows = layout.of_channel(c).flat_map(|s| s.first..s.first + s.len);
+        let predicted = measured.iter().zip(rows).map(|(m, k)| m - residual[k]).collect();
+        Torque { channel: *channel, measured, predicted }
     };
-    torques.dofs.iter().enumerate().map(of).collect()
+    layout.channels.iter().enumerate().filter(|(_, channel)| is_torque(channel)).map(of).collect()
 }
 
-// Torques of one kind, measured and by the model as it stands, of the joints that have them.
-#[derive(Default)]
-struct Torques {
-    dofs: Vec<usize>,
-    measured: Vec<Vec<f64>>,
-    predicted: Vec<Vec<f64>>,
+fn followed(torque: &Torque) -> Followed {
+    let (slope, share) = regression(&torque.measured, &torque.predicted);
+    Followed { dof: torque.channel.dof, share: share.copysign(slope) }
 }
 
-impl Torques {
-    fn of(
-        robot: &Robot,
-        catalogue: &Catalogue,
-        prepared: &Prepared,
-        options: &Options,
-        sensor: Sensor,
-    ) -> Self {
-        let form = prepared.form(robot);
-        let problem = Problem::new(robot, catalogue, &form, options);
-        let Ok(model) = Candidate::new(&problem, robot.all_effects()) else { return Self::default() };
-        let (layout, residual) = (form.layout(), model.residual(&problem));
-        let mut torques = Self::default();
-        for (c, channel) in layout.channels.iter().enumerate().filter(|(_, c)| c.sensor == sensor) {
-            let measured: Vec<f64> = prepared.records.iter().flat_map(|r| r.rows(&r.measured[c])).collect();
-            let rows = layout.of_channel(c).flat_map(|s| s.first..s.first + s.len);
-            torques.predicted.push(measured.iter().zip(rows).map(|(m, k)| m - residual[k]).collect());
-            torques.measured.push(measured);
-            torques.dofs.push(channel.dof);
-        }
-        torques
-    }
-}
-
-fn of_sensor(
-    robot: &Robot,
-    catalogue: &Catalogue,
-    prepared: &Prepared,
-    options: &Options,
-    sensor: Sensor,
-) -> Vec<Note> {
-    let Torques { dofs, measured, predicted } = Torques::of(robot, catalogue, prepared, options, sensor);
-    let joint = |i: usize| robot.model.dof_name(dofs[i]);
-    let place = |i: usize| format!("{}.{}", Channel { sensor, dof: dofs[i] }.signal(), joint(i));
-    let swapped = swaps(&measured, &predicted);
+fn of_sensor(robot: &Robot, torques: Vec<&Torque>) -> Vec<Note> {
+    let joint = |i: usize| robot.model.dof_name(torques[i].channel.dof);
+    let place = |i: usize| format!("{}.{}", torques[i].channel.signal(), joint(i));
+    let swapped = swaps(&torques);
     let mut notes: Vec<Note> = swapped
         .iter()
         .map(|&(i, j)| {
@@ -135,17 +107,17 @@ fn of_sensor(
             suspicion(Severity::Error, place(i), statement, help)
         })
         .collect();
-    let alone = (0..dofs.len()).filter(|i| !swapped.iter().any(|(a, b)| a == i || b == i));
-    let sizes: Vec<f64> = predicted.iter().map(|torque| std(torque)).collect();
+    let alone = (0..torques.len()).filter(|i| !swapped.iter().any(|(a, b)| a == i || b == i));
+    let sizes: Vec<f64> = torques.iter().map(|torque| std(&torque.predicted)).collect();
     let largest = sizes.iter().fold(0.0f64, |m, x| m.max(*x));
     let is_weighty = |i: usize| sizes[i] > WEIGHTY * largest;
-    notes.extend(alone.filter_map(|i| sign_or_size(place(i), &measured[i], &predicted[i], is_weighty(i))));
+    notes.extend(alone.filter_map(|i| sign_or_size(place(i), torques[i], is_weighty(i))));
     notes
 }
 
 // A torque that follows the model's with the wrong sign or size.
-fn sign_or_size(place: String, measured: &[f64], predicted: &[f64], is_weighty: bool) -> Option<Note> {
-    let (slope, share) = regression(measured, predicted);
+fn sign_or_size(place: String, torque: &Torque, is_weighty: bool) -> Option<Note> {
+    let (slope, share) = regression(&torque.measured, &torque.predicted);
     if share < CLEAR {
         None
     } else if slope < 0.0 {
@@ -161,12 +133,8 @@ fn sign_or_size(place: String, measured: &[f64], predicted: &[f64], is_weighty: 
             1.0 / slope
         );
         let is_no_model = is_weighty && !BELIEVABLE.contains(&slope);
-        Some(suspicion(
-            if is_no_model { Severity::Error } else { Severity::Warning },
-            place,
-            statement,
-            &help,
-        ))
+        let severity = if is_no_model { Severity::Error } else { Severity::Warning };
+        Some(suspicion(severity, place, statement, &help))
     } else {
         None
     }
@@ -177,12 +145,12 @@ fn suspicion(severity: Severity, place: String, statement: String, help: &str) -
 }
 
 // Pairs whose exchange explains much more.
-fn swaps(measured: &[Vec<f64>], predicted: &[Vec<f64>]) -> Vec<(usize, usize)> {
+fn swaps(torques: &[&Torque]) -> Vec<(usize, usize)> {
     let share = |i: usize, j: usize| {
-        let (slope, share) = regression(&measured[i], &predicted[j]);
+        let (slope, share) = regression(&torques[i].measured, &torques[j].predicted);
         if slope > 0.0 { share } else { 0.0 }
     };
-    let n = measured.len();
+    let n = torques.len();
     let pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j)));
     pairs
         .filter(|&(i, j)| {

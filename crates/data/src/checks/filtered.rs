@@ -1,15 +1,11 @@
 //! Torques and currents that were filtered before they were logged.
 
 use super::wording::{about, number};
-use crate::noise::{fourth_difference_lag1, white_noise_std};
+use crate::noise::{fourth_difference_lag1, is_white, white_noise_std};
 use crate::note::{Note, Severity};
 use crate::quantisation::quantisation_step;
 use crate::quantity::Quantity;
 use crate::run::{Run, Signal};
-
-/// Correlation of neighbouring fourth differences of white noise, and how far off it is suspicious.
-const WHITE: f64 = -0.8;
-const OFF: f64 = 0.15;
 
 pub(super) fn check(run: &Run) -> Vec<Note> {
     use Quantity::*;
@@ -26,7 +22,7 @@ fn tell(run: &Run, signal: &Signal) -> Option<Note> {
     // Steps have a colour of their own.
     let stepped =
         quantisation_step(&signal.values).is_some_and(|step| step > white_noise_std(&signal.values));
-    if stepped || lag1.is_nan() || (lag1 - WHITE).abs() <= OFF {
+    if stepped || lag1.is_nan() || is_white(lag1) {
         return None;
     }
     let statement = format!(

@@ -1,7 +1,7 @@
 //! Noise that was stated beside what a signal shows.
 
 use super::wording::{about, number, unit};
-use crate::noise::{fourth_difference_lag1, instrument_noise, white_noise_std};
+use crate::noise::{fourth_difference_lag1, instrument_noise, is_white, white_noise_std};
 use crate::note::{Note, Severity};
 use crate::run::{Run, Signal};
 use crate::statistics::std;
@@ -10,8 +10,6 @@ use crate::statistics::std;
 const FACTOR: f64 = 30.0;
 /// Standard deviations of its noise by which a signal that is not at rest varies.
 const MUCH: f64 = 10.0;
-/// How far from the correlation of white noise, −0.8, the fourth differences of a signal with noise may be.
-const OFF: f64 = 0.15;
 
 pub(super) fn check(run: &Run) -> Vec<Note> {
     run.signals.iter().filter_map(|signal| tell(run, signal)).collect()
@@ -30,8 +28,7 @@ fn tell(run: &Run, signal: &Signal) -> Option<Note> {
         );
         return Some(about(run, signal, Severity::Error, statement, help));
     }
-    let is_white = (fourth_difference_lag1(&signal.values) + 0.8).abs() <= OFF;
-    if !is_white || (seen / FACTOR..=seen * FACTOR).contains(&noise) {
+    if !is_white(fourth_difference_lag1(&signal.values)) || (seen / FACTOR..=seen * FACTOR).contains(&noise) {
         return None;
     }
     let statement = format!(
