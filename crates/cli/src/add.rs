@@ -26,7 +26,7 @@ pub(crate) struct Add {
 impl Add {
     pub fn run(&self, console: &Console) -> Result<(), CliError> {
         let file = inputs::robot(&self.robot)?;
-        let path = self.output.path(&file)?;
+        let path = self.output.path(&file, std::slice::from_ref(&self.robot))?;
         let new = new_effects(&self.effects, &file.robot)?;
         let effects: Vec<_> = new.into_iter().map(|spec| with_start_values(spec, &file.robot)).collect();
         write(&file.sidecar, &effects, &path)?;

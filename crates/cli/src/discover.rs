@@ -29,7 +29,7 @@ pub(crate) struct Discover {
 impl Discover {
     pub fn run(&self, console: &Console) -> Result<(), CliError> {
         let (file, runs) = self.inputs.read(console)?;
-        let path = self.output.path(&file)?;
+        let path = self.output.path(&file, &self.inputs.files(&self.check))?;
         let check = self.inputs.columns.read_pieces(&self.check)?;
         console.say("searching the catalogue …");
         let found = discover(&file.robot, &CATALOGUE, &runs, &check, &self.inputs.options())?;

@@ -31,7 +31,7 @@ pub(crate) struct Fit {
 impl Fit {
     pub fn run(&self, console: &Console) -> Result<(), CliError> {
         let (file, runs) = self.inputs.read(console)?;
-        let path = self.output.path(&file)?;
+        let path = self.output.path(&file, &self.inputs.files(&self.check))?;
         let check = self.inputs.columns.read_pieces(&self.check)?;
         let add = new_effects(&self.add, &file.robot)?;
         console.say("fitting …");

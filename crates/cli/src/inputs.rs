@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use sinew_data::{ColumnMap, Run, RunSpec, rebuild_clock};
-use sinew_effect::{Entry, PlaceKind};
+use sinew_effect::{Entry, PlaceKind, Role};
 use sinew_effects::CATALOGUE;
 use sinew_identify::{Options, Residual};
 use sinew_plant::Plant;
-use sinew_urdf::{KindWords, RobotFile, Vocabulary, read_robot};
+use sinew_urdf::{KindWords, Note, RobotFile, Vocabulary, read_robot};
 
 use crate::console::Console;
 use crate::error::CliError;
@@ -69,6 +69,12 @@ impl Inputs {
             ResidualName::Innovation => Residual::Innovation,
         });
         Options { force: self.force, residual, ..Options::default() }
+    }
+
+    /// All files that the command reads, with the runs that nothing is fitted to.
+    pub fn files(&self, check: &[RunSpec]) -> Vec<PathBuf> {
+        let runs = self.runs.iter().chain(check).flat_map(RunSpec::files);
+        runs.chain([self.robot.clone()]).chain(self.columns.columns.clone()).collect()
     }
 
     /// Reads robot and runs; what is suspicious about their reading goes to standard error.
@@ -145,28 +151,38 @@ fn refuse(path: &Path, endings: &[&str], what: &str) -> Result<(), CliError> {
 /// Reads a robot and makes sure that the catalogue has its effects and a plant can be made of it.
 pub(crate) fn robot(path: &Path) -> Result<RobotFile, CliError> {
     refuse(path, RUNS, "is a run, and a robot is wanted here")?;
-    let file = read_robot(path)?;
-    check_effects(&file)?;
+    let mut file = read_robot(path)?;
+    let notes = check_effects(&file)?;
+    file.notes.extend(notes);
     Ok(file)
 }
 
-/// Refuses effects that the catalogue does not have, cannot place or cannot give their values.
-pub(crate) fn check_effects(file: &RobotFile) -> Result<(), CliError> {
-    let keys_of = |e: &'static Entry| -> Vec<&str> {
-        let once = e.card.parameters.iter().filter(|p| p.component.unwrap_or(0) == 0).map(|p| p.key);
-        once.chain(e.words.iter().copied()).collect()
+/// Refuses effects that the catalogue does not have, cannot place or cannot give their values; tells of those that do nothing.
+fn check_effects(file: &RobotFile) -> Result<Vec<Note>, CliError> {
+    let once = |e: &'static Entry| e.card.parameters.iter().filter(|p| p.component.unwrap_or(0) == 0);
+    let words_of = |e: &'static Entry| -> (&'static Entry, Vec<&str>, Vec<&str>) {
+        let keys = once(e).map(|p| p.key).chain(e.words.iter().copied()).collect();
+        let strengths = once(e).filter(|p| p.role == Role::Strength).map(|p| p.key).collect();
+        (e, keys, strengths)
     };
-    let keys: Vec<Vec<&str>> = CATALOGUE.entries.iter().map(keys_of).collect();
+    let words: Vec<_> = CATALOGUE.entries.iter().map(words_of).collect();
     let place = |kind| match kind {
         PlaceKind::Joint => sinew_urdf::PlaceKind::Joint,
         PlaceKind::Link => sinew_urdf::PlaceKind::Link,
         PlaceKind::Robot => sinew_urdf::PlaceKind::Robot,
     };
-    let words =
-        |(entry, keys): (&Entry, _)| KindWords { kind: entry.card.name, keys, place: place(entry.place) };
-    let kinds: Vec<_> = CATALOGUE.entries.iter().zip(keys.iter().map(Vec::as_slice)).map(words).collect();
-    file.check_vocabulary(&Vocabulary { kinds: &kinds })?;
-    plant(file).map(|_| ())
+    let kinds: Vec<_> = words
+        .iter()
+        .map(|(entry, keys, strengths)| KindWords {
+            kind: entry.card.name,
+            keys,
+            strengths,
+            place: place(entry.place),
+        })
+        .collect();
+    let notes = file.check_vocabulary(&Vocabulary { kinds: &kinds })?;
+    plant(file)?;
+    Ok(notes)
 }
 
 /// The plant of a robot.

@@ -1,30 +1,29 @@
 //! Files that a command writes: never one that it reads.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::error::CliError;
 
 /// Refuses a file to write, before any work is done, that ends otherwise, has no folder or is one of those `read`.
-pub(crate) fn check(path: &Path, endings: &[&str], read: &[&Path]) -> Result<(), CliError> {
+pub(crate) fn check(path: &Path, endings: &[&str], read: &[PathBuf]) -> Result<(), CliError> {
     let name = path.display().to_string();
     let ends = |end: &&str| name.to_ascii_lowercase().ends_with(end);
     if !endings.iter().any(ends) {
         let help = format!("end the name with {}", endings.join(" or "));
         return Err(CliError::usage(name, "says another format than what is written", help));
     }
-    check_folder(path)?;
-    if read.iter().any(|other| is_same(path, other)) {
-        return Err(CliError::usage(name, "is read by this command and would be lost", "give another name"));
-    }
-    Ok(())
+    check_place(path, read)
 }
 
-/// Refuses a file that has no folder.
-pub(crate) fn check_folder(path: &Path) -> Result<(), CliError> {
+/// Refuses a file to write that has no folder or is one of those `read`.
+pub(crate) fn check_place(path: &Path, read: &[PathBuf]) -> Result<(), CliError> {
+    let name = path.display().to_string();
     let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
     if folder.is_some_and(|f| !f.is_dir()) {
-        let name = path.display().to_string();
         return Err(CliError::usage(name, "there is no such folder", "make the folder first"));
+    }
+    if read.iter().any(|other| is_same(path, other)) {
+        return Err(CliError::usage(name, "is read by this command and would be lost", "give another name"));
     }
     Ok(())
 }

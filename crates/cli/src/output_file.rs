@@ -22,8 +22,8 @@ pub(crate) struct OutputFile {
 }
 
 impl OutputFile {
-    /// Refuses an output that could not be read back, before any work is done.
-    pub fn path(&self, robot: &RobotFile) -> Result<PathBuf, CliError> {
+    /// Refuses an output that could not be read back or would replace one of the files `read`, before any work is done.
+    pub fn path(&self, robot: &RobotFile, read: &[PathBuf]) -> Result<PathBuf, CliError> {
         let Some(path) = &self.output else { return Ok(PathBuf::from(robot.sidecar.file())) };
         if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("toml")) {
             let place = path.display().to_string();
@@ -34,7 +34,7 @@ impl OutputFile {
             let what = "is the sidecar that is read";
             return Err(CliError::usage(place, what, "say --in-place to replace it, or give another name"));
         }
-        new_file::check_folder(path)?;
+        new_file::check_place(path, read)?;
         Ok(path.clone())
     }
 }

@@ -30,9 +30,7 @@ pub(crate) struct Report {
 
 impl Report {
     pub fn run(&self, console: &Console) -> Result<(), CliError> {
-        let runs = self.inputs.runs.iter().chain(&self.check).map(|run| run.path.as_path());
-        let read: Vec<&Path> = runs.chain([self.inputs.robot.as_path()]).collect();
-        new_file::check(&self.output, &[".html"], &read)?;
+        new_file::check(&self.output, &[".html"], &self.inputs.files(&self.check))?;
         let (file, runs) = self.inputs.read(console)?;
         let check = self.inputs.columns.read_pieces(&self.check)?;
         console.say("searching the catalogue …");

@@ -49,7 +49,7 @@ pub(crate) struct Simulate {
 
 impl Simulate {
     pub fn run(&self, console: &Console) -> Result<(), CliError> {
-        let read = [self.robot.as_path(), &self.input.path, &self.noise];
+        let read = [self.robot.clone(), self.input.path.clone(), self.noise.clone()];
         new_file::check(&self.output, &[".csv", ".csv.gz"], &read)?;
         let file = inputs::robot(&self.robot)?;
         let plant = inputs::plant(&file)?;

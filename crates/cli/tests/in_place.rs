@@ -38,10 +38,14 @@ fn comments_order_and_urdf_stay_when_an_effect_is_added_in_place() {
 fn nothing_that_is_read_is_written_over() {
     let dir = folder("kept");
     std::fs::write(dir.join("log.csv"), "time,motor_torque.elbow\n0,0\n1,0\n").unwrap();
-    let files = ["arm.sinew.toml", "arm.urdf", "log.csv"];
+    std::fs::write(dir.join("log.run.toml"), "motor_torque.std = 0.1\n").unwrap();
+    std::fs::write(dir.join("map.toml"), "time = \"time\"\n").unwrap();
+    let files = ["arm.sinew.toml", "arm.urdf", "log.csv", "log.run.toml", "map.toml"];
     let texts = || files.map(|file| std::fs::read_to_string(dir.join(file)).unwrap());
     let before = texts();
-    let refused: [&[&str]; 5] = [
+    let refused: [&[&str]; 7] = [
+        &["fit", "arm.sinew.toml", "log.csv", "-o", "log.run.toml"],
+        &["discover", "arm.sinew.toml", "log.csv", "--columns", "map.toml", "-o", "map.toml"],
         &["add", "arm.sinew.toml", "coulomb_friction@elbow", "-o", "arm.sinew.toml"],
         &["add", "arm.urdf", "coulomb_friction@elbow", "-o", "./arm.sinew.toml"],
         &["simulate", "arm.sinew.toml", "--input", "log.csv", "-o", "log.csv"],

@@ -152,7 +152,7 @@ pub enum DataError {
     },
     /// A time stamp is earlier than the one before it.
     #[error(
-        "{place}: time runs backwards (got {got} s after {previous} s)\n  help: sort the rows if they were shuffled; a new recording may be cut out: FILE#2 is the second of a file"
+        "{place}: time runs backwards (got {got} s after {previous} s)\n  help: drop the row if its stamp alone is wrong, sort the rows if they were shuffled; a new recording may be cut out: FILE#2 is the second of a file"
     )]
     TimeBackwards {
         /// File and line.

@@ -1,6 +1,6 @@
 //! Reading a run from CSV.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::column_map::{Column, ColumnMap};
 use crate::error::DataError;
@@ -102,9 +102,14 @@ pub(crate) fn read(path: &Path, part: Part, columns: Option<&ColumnMap>) -> Resu
     Ok(run)
 }
 
+/// The file beside a log that may state noise and resolution of its sensors.
+pub(crate) fn sensors_file(path: &Path) -> PathBuf {
+    path.with_file_name(format!("{}.run.toml", stem(&file_name(path))))
+}
+
 /// Writes noise and resolution into the signals; `FILE.run.toml` wins over the columns map.
 fn state_sensors(run: &mut Run, path: &Path, columns: Option<&ColumnMap>) -> Result<(), DataError> {
-    let beside = path.with_file_name(format!("{}.run.toml", stem(&file_name(path))));
+    let beside = sensors_file(path);
     let own = match beside.is_file() {
         true => SensorFacts::parse(&read_text(&beside)?, &file_name(&beside))?,
         false => SensorFacts::default(),

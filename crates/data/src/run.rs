@@ -232,8 +232,10 @@ impl Run {
     /// Without a number the samples must be one recording. Shuffled rows are no recordings: those of several
     /// have at least [`SHORTEST`] samples each.
     pub(crate) fn pick(&mut self, number: Option<usize>) -> Result<(), DataError> {
-        let n = self.time.len();
-        let mut starts: Vec<usize> = (1..n).filter(|&k| self.time[k] < self.time[k - 1]).collect();
+        let (t, n) = (&self.time, self.time.len());
+        // One stamp that is late, or the one before it early, starts nothing: without it the clock runs on.
+        let is_alone = |k: usize| (k + 1 < n && t[k + 1] > t[k - 1]) || (k > 1 && t[k] > t[k - 2]);
+        let mut starts: Vec<usize> = (1..n).filter(|&k| t[k] < t[k - 1] && !is_alone(k)).collect();
         starts.insert(0, 0);
         let end = |i: usize| starts.get(i + 1).copied().unwrap_or(n);
         let recordings = starts.len();

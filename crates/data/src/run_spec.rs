@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use crate::column_map::ColumnMap;
 use crate::error::DataError;
-use crate::read_run::{Part, read};
+use crate::read_run::{Part, read, sensors_file};
 use crate::run::Run;
 
 /// A file, or the part of it between two times: `FILE`, `FILE@FROM..TO`, `FILE@..TO`, `FILE@FROM..`.
@@ -39,6 +39,17 @@ impl RunSpec {
     /// Those of [`crate::read_run`], [`crate::read_recording`] and [`Run::window`].
     pub fn read(&self, columns: Option<&ColumnMap>) -> Result<Run, DataError> {
         read(&self.path, Part { recording: self.recording, window: self.window }, columns)
+    }
+
+    /// The files that reading takes: the log, and beside it the one that may state noise and resolution of its sensors.
+    ///
+    /// # Example
+    /// ```
+    /// let spec: sinew_data::RunSpec = "day/log.csv.gz@1..2".parse().unwrap();
+    /// assert_eq!(spec.files()[1].to_str(), Some("day/log.run.toml"));
+    /// ```
+    pub fn files(&self) -> [PathBuf; 2] {
+        [self.path.clone(), sensors_file(&self.path)]
     }
 }
 

@@ -147,6 +147,22 @@ fn several_recordings_in_one_file_are_named() {
 }
 
 #[test]
+fn one_stamp_out_of_order_is_no_new_recording() {
+    let log = |wrong: usize, stamp: f64| {
+        let time = |k: usize| if k == wrong { stamp } else { 0.01 * k as f64 };
+        (0..60)
+            .fold(String::from("time,joint_position.elbow\n"), |text, k| text + &format!("{},{k}\n", time(k)))
+    };
+    let help = "help: drop the row if its stamp alone is wrong";
+    let late = refusal("late", log(30, 0.25));
+    assert!(late.starts_with("run.csv:32: time runs backwards (got 0.25 s after 0.29 s)\n"), "{late}");
+    assert!(late.contains(help), "{late}");
+    let early = refusal("early", log(30, 0.35));
+    assert!(early.starts_with("run.csv:33: time runs backwards (got 0.31 s after 0.35 s)\n"), "{early}");
+    assert!(early.contains(help), "{early}");
+}
+
+#[test]
 fn time_running_backwards_is_refused_with_the_line() {
     let text = refusal("backwards", "time,joint_position.elbow\n0,1\n0.2,1\n0.1,1\n");
     assert!(text.starts_with("run.csv:4: time runs backwards (got 0.1 s after 0.2 s)\n  help: "), "{text}");

@@ -1,7 +1,7 @@
 //! The forms for loops do not allocate.
 #![allow(non_snake_case)]
 
-#[path = "support/trees.rs"]
+#[path = "laws/trees.rs"]
 mod trees;
 
 use std::alloc::{GlobalAlloc, Layout, System};

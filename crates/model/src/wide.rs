@@ -24,50 +24,53 @@ pub fn four() -> bool {
 /// Defines a function whose body, which must be inlined into it, is compiled for machines with the instructions named.
 /// With `avx2` it is compiled for every machine too and runs the better form; with `avx512` (`avx2_only`) it must not be
 /// called on a machine that [`eight`] ([`four`]) does not hold for.
+///
+/// With debug assertions the form for every machine is the only one of `avx2`: the second would double the time that
+/// tests take to compile, and without optimisation it is no faster.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! wide_forms {
     (avx2, $($rest:tt)*) => {
-        $crate::wide_forms! { @ or_plain, $crate::wide::four(), "avx2", $($rest)* }
+        $crate::wide_forms! { @ or_plain, all(target_arch = "x86_64", not(debug_assertions)), $crate::wide::four(), "avx2", $($rest)* }
     };
     (avx512, $($rest:tt)*) => {
-        $crate::wide_forms! { @ only_wide, $crate::wide::eight(), "avx512f,avx512dq", $($rest)* }
+        $crate::wide_forms! { @ only_wide, target_arch = "x86_64", $crate::wide::eight(), "avx512f,avx512dq", $($rest)* }
     };
     (avx2_only, $($rest:tt)*) => {
-        $crate::wide_forms! { @ only_wide, $crate::wide::four(), "avx2", $($rest)* }
+        $crate::wide_forms! { @ only_wide, target_arch = "x86_64", $crate::wide::four(), "avx2", $($rest)* }
     };
-    (@ $order:ident, $has:expr, $features:literal, $(#[$attribute:meta])* $visibility:vis fn $name:ident
+    (@ $order:ident, $cfg:meta, $has:expr, $features:literal, $(#[$attribute:meta])* $visibility:vis fn $name:ident
         $(<$($generic:ident: $bound:path),*>)? ($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)? $body:block) => {
         $(#[$attribute])*
         $visibility fn $name$(<$($generic: $bound),*>)?($($argument: $type),*) $(-> $result)? {
             #[inline(always)]
             fn plain$(<$($generic: $bound),*>)?($($argument: $type),*) $(-> $result)? $body
 
-            #[cfg(target_arch = "x86_64")]
+            #[cfg($cfg)]
             #[target_feature(enable = $features)]
             fn wide$(<$($generic: $bound),*>)?($($argument: $type),*) $(-> $result)? {
                 plain($($argument),*)
             }
 
-            $crate::wide_forms! { @ $order, $has, $name, wide, plain, $($argument),* }
+            $crate::wide_forms! { @ $order, $cfg, $has, $name, wide, plain, $($argument),* }
         }
     };
-    (@ or_plain, $has:expr, $name:ident, $wide:ident, $plain:ident, $($argument:ident),*) => {
-        #[cfg(target_arch = "x86_64")]
+    (@ or_plain, $cfg:meta, $has:expr, $name:ident, $wide:ident, $plain:ident, $($argument:ident),*) => {
+        #[cfg($cfg)]
         if $has {
             // SAFETY: the machine has the instructions that the function is compiled for.
             return unsafe { $wide($($argument),*) };
         }
         $plain($($argument),*)
     };
-    (@ only_wide, $has:expr, $name:ident, $wide:ident, $plain:ident, $($argument:ident),*) => {
-        #[cfg(target_arch = "x86_64")]
+    (@ only_wide, $cfg:meta, $has:expr, $name:ident, $wide:ident, $plain:ident, $($argument:ident),*) => {
+        #[cfg($cfg)]
         {
             assert!($has, "the machine has no such registers");
             // SAFETY: the machine has the instructions that the function is compiled for.
             unsafe { $wide($($argument),*) }
         }
-        #[cfg(not(target_arch = "x86_64"))]
+        #[cfg(not($cfg))]
         $plain($($argument),*)
     };
 }

@@ -12,7 +12,7 @@ use sinew_kinematics::{
     position_rate_with,
 };
 use sinew_model::samples::{Random, random_tree};
-use sinew_model::{Dual, Force, Lanes, Mechanism, Model, Pose, Scalar};
+use sinew_model::{Force, Mechanism, Model, Pose};
 use sinew_rigid::*;
 
 struct Counting;
@@ -115,17 +115,16 @@ fn batches_and_kinematics_with_a_workspace_do_not_allocate() {
     assert_eq!(count, 0);
 }
 
-/// Every form for any kind of number, once.
-fn allocations_of_forms_for_any_number<S: Scalar>(model: &Model) -> usize {
+/// Every form for any kind of number, once with plain ones: no kind has memory of its own, and each takes long to compile.
+fn allocations_of_forms_for_any_number(model: &Model) -> usize {
     let (nv, bodies) = (model.nv, model.joints.len());
-    let of = |x: Vec<f64>| -> Vec<S> { x.into_iter().map(S::constant).collect() };
     let mut random = Random::new(5);
-    let (q, qd, qdd) = (of(random.position(model)), of(random.vector(nv)), of(random.vector(nv)));
+    let (q, qd, qdd) = (random.position(model), random.vector(nv), random.vector(nv));
     let inertia = inertias(model);
-    let armature = of(vec![0.1; nv]);
+    let armature = vec![0.1; nv];
     let b = Bodies { armature: &armature, ..Bodies::new(model, &inertia) };
     let imposed: Vec<bool> = (0..nv).map(|i| i % 2 == 0).collect();
-    let zeros = |n: usize| vec![S::ZERO; n];
+    let zeros = |n: usize| vec![0.0; n];
     let (mut x, mut tau) = (qdd.clone(), qdd.clone());
     let (mut A, mut B, mut C) = (zeros(nv * nv), zeros(nv * nv), zeros(nv * nv));
     let (mut y, mut Y) = (zeros(PARAMETERS * bodies), zeros(nv * PARAMETERS * bodies));
@@ -174,8 +173,6 @@ fn allocations_of_forms_for_any_number<S: Scalar>(model: &Model) -> usize {
 fn forms_for_any_kind_of_number_do_not_allocate() {
     for seed in 0..6 {
         let model = random_tree(12, seed);
-        assert_eq!(allocations_of_forms_for_any_number::<f64>(&model), 0);
-        assert_eq!(allocations_of_forms_for_any_number::<Dual<3>>(&model), 0);
-        assert_eq!(allocations_of_forms_for_any_number::<Lanes<4>>(&model), 0);
+        assert_eq!(allocations_of_forms_for_any_number(&model), 0);
     }
 }

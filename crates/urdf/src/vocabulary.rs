@@ -5,7 +5,7 @@ use sinew_model::Place;
 use crate::effects::{EffectTable, effect, start, value_span};
 use crate::grammar::read_table;
 use crate::source::Source;
-use crate::{RobotFile, UrdfError};
+use crate::{Note, RobotFile, Severity, UrdfError};
 
 /// The effects that a catalogue knows. This crate knows none itself.
 #[derive(Debug, Clone, Copy)]
@@ -21,6 +21,8 @@ pub struct KindWords<'a> {
     pub kind: &'a str,
     /// The keys of its parameters; `KEY_std` is allowed with each.
     pub keys: &'a [&'a str],
+    /// Those of them that switch it on: without any of them its law is zero.
+    pub strengths: &'a [&'a str],
     /// Where it acts.
     pub place: PlaceKind,
 }
@@ -37,18 +39,20 @@ pub enum PlaceKind {
 }
 
 impl RobotFile {
-    /// Checks every effect of the sidecar against a catalogue's words.
+    /// Checks every effect of the sidecar against a catalogue's words. Warns of effects without any strength, which do nothing.
     ///
     /// # Errors
     /// At the first unknown kind, unknown key or wrong place, with the allowed words and the nearest spelling.
-    pub fn check_vocabulary(&self, vocabulary: &Vocabulary) -> Result<(), UrdfError> {
+    pub fn check_vocabulary(&self, vocabulary: &Vocabulary) -> Result<Vec<Note>, UrdfError> {
         let (text, file) = (self.sidecar.text(), self.sidecar.file());
         let source = Source { file, text: &text };
-        read_table(file, &text)?.effects.iter().try_for_each(|table| check(table, vocabulary, source))
+        let notes: Result<Vec<Option<Note>>, UrdfError> =
+            read_table(file, &text)?.effects.iter().map(|table| check(table, vocabulary, source)).collect();
+        Ok(notes?.into_iter().flatten().collect())
     }
 }
 
-fn check(table: &EffectTable, vocabulary: &Vocabulary, source: Source) -> Result<(), UrdfError> {
+fn check(table: &EffectTable, vocabulary: &Vocabulary, source: Source) -> Result<Option<Note>, UrdfError> {
     let effect = effect(table, source)?;
     let Some(words) = vocabulary.kinds.iter().find(|k| k.kind == effect.kind) else {
         return Err(UrdfError::UnknownName {
@@ -87,5 +91,13 @@ fn check(table: &EffectTable, vocabulary: &Vocabulary, source: Source) -> Result
             });
         }
     }
-    Ok(())
+    let is_strength = |key: &str| words.strengths.contains(&key);
+    let is_idle =
+        !words.strengths.is_empty() && !table.get_ref().0.iter().any(|(key, _)| is_strength(key.get_ref()));
+    Ok(is_idle.then(|| Note {
+        severity: Severity::Warning,
+        place: source.at(start(table)).to_string(),
+        statement: format!("effect \"{}\" has no strength and does nothing", words.kind),
+        help: format!("state its {}, or let sinew fit find it", words.strengths.join(" or ")),
+    }))
 }

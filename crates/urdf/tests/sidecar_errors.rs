@@ -266,14 +266,28 @@ fn effects_are_checked_against_a_catalogue_with_places() {
         KindWords {
             kind: "coulomb_friction",
             keys: &["coulomb", "smoothing_velocity"],
+            strengths: &["coulomb"],
             place: PlaceKind::Joint,
         },
-        KindWords { kind: "payload", keys: &["mass", "first_moment"], place: PlaceKind::Robot },
-        KindWords { kind: "contact", keys: &["stiffness", "side"], place: PlaceKind::Link },
+        KindWords {
+            kind: "payload",
+            keys: &["mass", "first_moment"],
+            strengths: &["mass"],
+            place: PlaceKind::Robot,
+        },
+        KindWords {
+            kind: "contact",
+            keys: &["stiffness", "side"],
+            strengths: &["stiffness"],
+            place: PlaceKind::Link,
+        },
     ];
     let vocabulary = Vocabulary { kinds: &kinds };
     let check = |text: &str| parse_robot(URDF, text, "arm").unwrap().check_vocabulary(&vocabulary);
-    assert!(check(SIDECAR).is_ok());
+    assert_eq!(check(SIDECAR).unwrap(), []);
+    let idle = check(&SIDECAR.replace("coulomb = ", "smoothing_velocity = ")).unwrap();
+    assert_eq!(idle[0].statement, "effect \"coulomb_friction\" has no strength and does nothing");
+    assert_eq!(idle[0].help, "state its coulomb, or let sinew fit find it");
     let fails = |from: &str, to: &str| check(&SIDECAR.replace(from, to)).unwrap_err().to_string();
     assert_eq!(
         fails("kind = \"coulomb_friction\"", "kind = \"colomb_friction\""),

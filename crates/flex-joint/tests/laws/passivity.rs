@@ -1,5 +1,4 @@
 //! Laws of elastic joints: energy, passivity, the rigid limit, and the closed form of one joint.
-#![allow(non_snake_case)]
 
 use sinew_flex_joint::{Deflection, ElasticJoints, PassivityAudit, Sample, Scratch};
 use sinew_model::{Coupling, Dual, Robot, Scalar, samples};
@@ -107,12 +106,15 @@ fn a_robot_without_springs_is_the_rigid_robot_with_its_rotors() {
 
 // ∂(q̈, θ̈)/∂(q, θ, q̇, θ̇) of one joint, hanging at rest.
 fn linearised(arm: &ElasticJoints) -> [[f64; 4]; 2] {
-    let x: [Dual<4>; 4] = core::array::from_fn(|k| Dual::variable(0.0, k));
-    let (mut qdd, mut thetadd) = ([Dual::ZERO], [Dual::ZERO]);
-    let [q, theta, qd, thetad] = x.each_ref().map(core::slice::from_ref);
     let ws = &mut Scratch::new(arm);
-    arm.forward_dynamics_with(ws, q, qd, theta, thetad, &[Dual::ZERO], &mut qdd, &mut thetadd);
-    [qdd[0].derivative, thetadd[0].derivative]
+    let columns: [[f64; 2]; 4] = core::array::from_fn(|column| {
+        let moved = |k: usize| [Dual { value: 0.0, derivative: [f64::from(u8::from(k == column))] }];
+        let (mut qdd, mut thetadd) = ([Dual::<1>::ZERO], [Dual::ZERO]);
+        let (q, theta, qd, thetad) = (&moved(0), &moved(1), &moved(2), &moved(3));
+        arm.forward_dynamics_with(ws, q, qd, theta, thetad, &[Dual::ZERO], &mut qdd, &mut thetadd);
+        [qdd[0].derivative[0], thetadd[0].derivative[0]]
+    });
+    core::array::from_fn(|row| columns.map(|column| column[row]))
 }
 
 // Undamped frequencies, slow and fast: roots of ω⁴ + tr ω² + det = 0.

@@ -1,5 +1,4 @@
 //! Numbers of independent libraries (Pinocchio, checked against MuJoCo and 50-digit arithmetic) for four robots.
-#![allow(non_snake_case)]
 
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
