@@ -34,6 +34,8 @@ pub(crate) struct Episode {
     pub core: Vec<f64>,
     /// Their motion is in the log without it, too.
     pub is_alone: bool,
+    /// Another degree of freedom that turned round just before.
+    pub turned: Option<usize>,
 }
 
 /// The name of what acts once: a candidate of a diagnosis, no law of the catalogue.
@@ -198,8 +200,22 @@ impl Window {
             z: (inside - count) / (2.0 * count).sqrt(),
             core: self.core.clone(),
             is_alone: false,
+            turned: None,
         }
     }
+}
+
+// When a joint whose rows of velocity these are turns round, at the earliest: the row before the last that goes the old way, for
+// the smoother's width.
+fn turns(rates: &[f64], stamp: impl Fn(usize) -> f64) -> impl Iterator<Item = f64> {
+    let is_turn = |pair: &[f64]| pair[0] * pair[1] <= 0.0 && pair[0] != pair[1];
+    let last = rates.windows(2).enumerate().filter(move |(_, pair)| is_turn(pair));
+    last.map(move |(row, _)| stamp(row.saturating_sub(1)))
+}
+
+// True if all of these times are shortly after a turn.
+fn is_within_shakes(times: &[f64], turn: f64) -> bool {
+    times.iter().all(|time| is_within(time - turn, [0.0, SHAKES]))
 }
 
 // Squares and counts of all runs.
@@ -276,6 +292,8 @@ struct Row {
 // Part of their standard deviations by which rows of like motion differ, and the share of an episode's that must come back.
 const NEAR: f64 = 0.5;
 const USUAL: f64 = 0.7;
+// Seconds for which a joint that turns round shakes the others: its friction lets go within a sample, which no row of it shows.
+const SHAKES: f64 = 0.1;
 
 // How often such a statement is right, by estimate: what happened once in one run cannot be told from a fault of the log.
 const ONCE: f64 = 0.7;
@@ -292,9 +310,16 @@ impl Episode {
                 "{run}: between {from:.2} and {to:.2} s something acted at {joint} that does not come back with the same motion: this time is left out of every fit"
             )
         } else {
+            let size = self.size.sqrt();
+            let in_what = match self.turned {
+                Some(dof) => {
+                    let other = search.problem.robot.model.dof_name(dof);
+                    format!("while the friction of {other}, which turns round, lets go")
+                }
+                None => "in a motion that comes back nowhere".to_owned(),
+            };
             format!(
-                "{run}: between {from:.2} and {to:.2} s {:.0} times as much is left at {joint} as elsewhere, in a motion that comes back nowhere: once more would tell whether something acted",
-                self.size.sqrt()
+                "{run}: between {from:.2} and {to:.2} s {size:.0} times as much is left at {joint} as elsewhere, {in_what}: once more would tell whether something acted"
             )
         };
         Finding { statement, joint, signal, regime: format!("run {run}"), share: self.share }
@@ -357,8 +382,20 @@ impl Episode {
             rows.iter().filter(|row| all.iter().all(|e| !is_in(row, e))).collect(),
         );
         let usual = own.iter().filter(|a| others.iter().any(|b| is_near(a, b))).count();
-        let is_alone = !own.is_empty() && usual as f64 >= USUAL * own.len() as f64;
-        Self { is_alone, ..self.clone() }
+        let turned = self.just_turned(search);
+        let is_alone = turned.is_none() && !own.is_empty() && usual as f64 >= USUAL * own.len() as f64;
+        Self { is_alone, turned, ..self.clone() }
+    }
+
+    // Another joint that turned round just before and can have shaken its joint for all of its time.
+    fn just_turned(&self, search: &Search) -> Option<usize> {
+        let record = &search.yardstick().records[self.record];
+        let dof = search.problem.form.layout().channels[self.channel].dof;
+        let shakes = |other: usize| {
+            let rates = record.rows(&record.thetad[other]);
+            turns(&rates, |row| record.stamp(row)).any(|turn| is_within_shakes(&self.core, turn))
+        };
+        (0..record.thetad.len()).filter(|&other| other != dof).find(|&other| shakes(other))
     }
 
     // Where its joint is in every row, how fast, and under which torque of the model, or else with which acceleration.
@@ -452,6 +489,17 @@ mod tests {
 
     fn found(white: &[f64]) -> Vec<Episode> {
         confined(&layout(), white, |_, row| row as f64 / 50.0)
+    }
+
+    #[test]
+    fn what_a_turn_shakes_is_short_and_follows_it() {
+        // Rows of 16 ms; the velocity changes its sign between 0.16 and 0.176 s.
+        let rates: Vec<f64> = (0..30).map(|row| 0.1 * (f64::from(row) - 10.5)).collect();
+        let turns: Vec<f64> = turns(&rates, |row| 0.016 * row as f64).collect();
+        assert_eq!(turns, [0.016 * 9.0]);
+        assert!(is_within_shakes(&[0.16, 0.176, 0.192], turns[0]));
+        assert!(!is_within_shakes(&[0.16, 0.26], turns[0]), "too long for a shake");
+        assert!(!is_within_shakes(&[0.128, 0.176], turns[0]), "it begins before the turn");
     }
 
     #[test]

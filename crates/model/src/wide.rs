@@ -26,7 +26,7 @@ pub fn four() -> bool {
 /// called on a machine that [`eight`] ([`four`]) does not hold for.
 ///
 /// With debug assertions the form for every machine is the only one of `avx2`: the second would double the time that
-/// tests take to compile, and without optimisation it is no faster.
+/// tests take to compile, and they run no slower without it.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! wide_forms {
