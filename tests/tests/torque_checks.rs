@@ -1,4 +1,4 @@
-//! Signs and swapped joints are found before any physics.
+//! Signs, swapped joints and exchanged encoders are found before any physics.
 
 use sinew_data::{Quantity, Run};
 use sinew_effects::CATALOGUE;
@@ -32,6 +32,18 @@ fn a_right_log_raises_no_suspicion_and_a_wrong_one_names_the_joint() {
     let forced = Options { force: true, ..Options::default() };
     let findings = compare(&arm.robot, &CATALOGUE, &flipped, &forced).unwrap().findings;
     assert!(findings[0].joint == "elbow" && findings[0].statement.contains("opposite sign"), "{findings:?}");
+
+    let mut exchanged = runs.clone();
+    for signal in exchanged.iter_mut().flat_map(|r| &mut r.signals).filter(|s| s.place == "elbow") {
+        signal.quantity = match signal.quantity {
+            Quantity::MotorPosition => Quantity::JointPosition,
+            Quantity::JointPosition => Quantity::MotorPosition,
+            other => other,
+        };
+    }
+    let notes = said(&exchanged);
+    let told = "joint_position.elbow: the spring of \"elbow\" bends backwards";
+    assert!(notes.len() == 1 && notes[0].starts_with(told), "{notes:?}");
 
     let mut large = runs.clone();
     for signal in large.iter_mut().flat_map(|r| &mut r.signals) {

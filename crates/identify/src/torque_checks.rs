@@ -1,4 +1,4 @@
-//! Signs, units and swapped joints: the measured torque beside the torque of the model as it stands, before any physics.
+//! Signs, units and swapped joints: measured torques and deflections beside those of the model as it stands, before any physics.
 
 use sinew_data::{Note, Run, Severity};
 use sinew_effect::{Catalogue, Sensor};
@@ -9,7 +9,7 @@ use crate::arrangement::{Followed, arrangement_notes};
 use crate::before::as_measured;
 use crate::comparison::Prepared;
 use crate::problem::{Candidate, Problem};
-use crate::record::Channel;
+use crate::record::{Channel, Record};
 use crate::residual::ResidualForm;
 use crate::spread::std;
 
@@ -21,13 +21,17 @@ const FACTOR: f64 = 4.0;
 // beside the rotor of a geared joint its link's inertia may be little, and nothing where a URDF has none.
 const BELIEVABLE: std::ops::Range<f64> = 1.0 / 30.0..300.0;
 const WEIGHTY: f64 = 0.02;
+// A deflection that follows the model's backwards to this share, by about as much, is of two encoders in each other's place.
+const BACKWARDS: f64 = 0.7;
 // Two joints are swapped if exchanging them explains this much more, of two.
 const SWAP: f64 = 0.4;
 
-/// What is suspicious about the torques of motors and joints: opposite sign, another unit or side of the gear, swapped joints.
+/// What is suspicious about the torques of motors and joints: opposite sign, another unit or side of the gear, swapped joints;
+/// about the two encoders of a joint: exchanged.
 ///
 /// ```text
 /// τ_measured ≈ a τ_model + b,   a < 0: sign;   |a| far from one: unit or gear;   R²(i, j) + R²(j, i) ≫ R²(i, i) + R²(j, j): swapped
+/// (θ − q)_measured ≈ a (θ − q)_model + b,   a ≈ −1: encoders exchanged
 /// ```
 ///
 /// Where the torques of motors do not follow the model, whether they would if positions or whole joints were turned about or
@@ -47,51 +51,73 @@ pub(crate) fn torque_notes(
     prepared: &Prepared,
     options: &Options,
 ) -> Vec<Note> {
-    let torques = torques(robot, catalogue, prepared, options);
+    let compared = compared(robot, catalogue, prepared, options);
+    let of = |sensor: Sensor| compared.iter().filter(move |c| c.channel.sensor == sensor);
     let mut notes: Vec<Note> = [Sensor::MotorTorque, Sensor::JointTorque]
         .into_iter()
-        .flat_map(|sensor| of_sensor(robot, torques.iter().filter(|t| t.channel.sensor == sensor).collect()))
+        .flat_map(|sensor| of_sensor(robot, of(sensor).collect()))
+        .chain(of(Sensor::JointPosition).filter_map(|deflection| exchanged(robot, deflection)))
         .collect();
     if notes.iter().all(|note| note.severity != Severity::Error) {
         notes.extend(arrangement_notes(robot, runs, |run| {
             let (runs, sensors) = (std::slice::from_ref(run), prepared.sensors.clone());
             let prepared = Prepared::with(robot, runs, sensors, prepared.scales).ok()?;
-            let torques = self::torques(robot, catalogue, &prepared, options);
-            Some(torques.iter().filter(|t| t.channel.sensor == Sensor::MotorTorque).map(followed).collect())
+            let compared = self::compared(robot, catalogue, &prepared, options);
+            Some(compared.iter().filter(|c| c.channel.sensor == Sensor::MotorTorque).map(followed).collect())
         }));
     }
     notes
 }
 
-// A torque, measured and by the model as it stands.
-struct Torque {
+// A torque, or a deflection θ − q where a link's position is measured, and the same by the model as it stands.
+struct Compared {
     channel: Channel,
     measured: Vec<f64>,
     predicted: Vec<f64>,
 }
 
-// All torques; none of a robot that is no plant.
-fn torques(robot: &Robot, catalogue: &Catalogue, prepared: &Prepared, options: &Options) -> Vec<Torque> {
+// All channels; none of a robot that is no plant.
+fn compared(robot: &Robot, catalogue: &Catalogue, prepared: &Prepared, options: &Options) -> Vec<Compared> {
     let form = prepared.form(robot);
     let problem = Problem::new(robot, catalogue, &form, options);
     let Ok(model) = Candidate::new(&problem, robot.all_effects()) else { return Vec::new() };
     let (layout, residual) = (form.layout(), model.residual(&problem));
-    let is_torque = |channel: &Channel| channel.sensor != Sensor::JointPosition;
     let of = |(c, channel): (usize, &Channel)| {
-        let measured: Vec<f64> = prepared.records.iter().flat_map(|r| r.rows(&r.measured[c])).collect();
-        let rows = layout.of_channel(c).flat_map(|s| s.first..s.first + s.len);
-        let predicted = measured.iter().zip(rows).map(|(m, k)| m - residual[k]).collect();
-        Torque { channel: *channel, measured, predicted }
+        let rows = |series: &dyn Fn(&Record) -> Vec<f64>| prepared.records.iter().flat_map(series).collect();
+        let measured: Vec<f64> = rows(&|r| r.rows(&r.measured[c]));
+        let left = layout.of_channel(c).flat_map(|s| &residual[s.first..s.first + s.len]);
+        let predicted: Vec<f64> = measured.iter().zip(left).map(|(m, left)| m - left).collect();
+        if channel.sensor != Sensor::JointPosition {
+            return Compared { channel: *channel, measured, predicted };
+        }
+        let theta: Vec<f64> = rows(&|r| r.rows(&r.theta[channel.dof]));
+        let deflection = |q: &[f64]| theta.iter().zip(q).map(|(theta, q)| theta - q).collect();
+        Compared { channel: *channel, measured: deflection(&measured), predicted: deflection(&predicted) }
     };
-    layout.channels.iter().enumerate().filter(|(_, channel)| is_torque(channel)).map(of).collect()
+    layout.channels.iter().enumerate().map(of).collect()
 }
 
-fn followed(torque: &Torque) -> Followed {
+// The encoders of motor and link in each other's place.
+fn exchanged(robot: &Robot, deflection: &Compared) -> Option<Note> {
+    let (slope, share) = regression(&deflection.measured, &deflection.predicted);
+    let joint = robot.model.dof_name(deflection.channel.dof);
+    let statement = format!(
+        "the spring of \"{joint}\" bends backwards: motor_position − joint_position is {slope:.2} times the model's ({:.0} % explained by it)",
+        100.0 * share
+    );
+    let help =
+        format!("exchange the columns of motor_position.{joint} and joint_position.{joint} in the map");
+    let place = format!("{}.{joint}", deflection.channel.signal());
+    let is_backwards = share > BACKWARDS && (1.0 / FACTOR..FACTOR).contains(&-slope);
+    is_backwards.then(|| suspicion(Severity::Error, place, statement, &help))
+}
+
+fn followed(torque: &Compared) -> Followed {
     let (slope, share) = regression(&torque.measured, &torque.predicted);
     Followed { dof: torque.channel.dof, share: share.copysign(slope) }
 }
 
-fn of_sensor(robot: &Robot, torques: Vec<&Torque>) -> Vec<Note> {
+fn of_sensor(robot: &Robot, torques: Vec<&Compared>) -> Vec<Note> {
     let joint = |i: usize| robot.model.dof_name(torques[i].channel.dof);
     let place = |i: usize| format!("{}.{}", torques[i].channel.signal(), joint(i));
     let swapped = swaps(&torques);
@@ -116,7 +142,7 @@ fn of_sensor(robot: &Robot, torques: Vec<&Torque>) -> Vec<Note> {
 }
 
 // A torque that follows the model's with the wrong sign or size.
-fn sign_or_size(place: String, torque: &Torque, is_weighty: bool) -> Option<Note> {
+fn sign_or_size(place: String, torque: &Compared, is_weighty: bool) -> Option<Note> {
     let (slope, share) = regression(&torque.measured, &torque.predicted);
     if share < CLEAR {
         None
@@ -145,7 +171,7 @@ fn suspicion(severity: Severity, place: String, statement: String, help: &str) -
 }
 
 // Pairs whose exchange explains much more.
-fn swaps(torques: &[&Torque]) -> Vec<(usize, usize)> {
+fn swaps(torques: &[&Compared]) -> Vec<(usize, usize)> {
     let share = |i: usize, j: usize| {
         let (slope, share) = regression(&torques[i].measured, &torques[j].predicted);
         if slope > 0.0 { share } else { 0.0 }
