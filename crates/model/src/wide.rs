@@ -25,8 +25,8 @@ pub fn four() -> bool {
 /// With `avx2` it is compiled for every machine too and runs the better form; with `avx512` (`avx2_only`) it must not be
 /// called on a machine that [`eight`] ([`four`]) does not hold for.
 ///
-/// With debug assertions the form for every machine is the only one of `avx2`: the second would double the time that
-/// tests take to compile, and they run no slower without it.
+/// With debug assertions the form for every machine is the only one of `avx2`: the second would double the time that these
+/// functions take to compile, and tests run no slower without it.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! wide_forms {

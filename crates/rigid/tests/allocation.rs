@@ -115,8 +115,9 @@ fn batches_and_kinematics_with_a_workspace_do_not_allocate() {
     assert_eq!(count, 0);
 }
 
-/// Every form for any kind of number, once with plain ones: no kind has memory of its own, and each takes long to compile.
-fn allocations_of_forms_for_any_number(model: &Model) -> usize {
+/// Every form for any kind of number, once with plain ones: a `Scalar` is `Copy` and so has no memory of its own, and each kind
+/// takes long to compile.
+fn allocations_of_forms_with_scratch(model: &Model) -> usize {
     let (nv, bodies) = (model.nv, model.joints.len());
     let mut random = Random::new(5);
     let (q, qd, qdd) = (random.position(model), random.vector(nv), random.vector(nv));
@@ -170,9 +171,9 @@ fn allocations_of_forms_for_any_number(model: &Model) -> usize {
 }
 
 #[test]
-fn forms_for_any_kind_of_number_do_not_allocate() {
+fn forms_with_scratch_do_not_allocate() {
     for seed in 0..6 {
         let model = random_tree(12, seed);
-        assert_eq!(allocations_of_forms_for_any_number(&model), 0);
+        assert_eq!(allocations_of_forms_with_scratch(&model), 0);
     }
 }

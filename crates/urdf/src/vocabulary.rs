@@ -46,9 +46,8 @@ impl RobotFile {
     pub fn check_vocabulary(&self, vocabulary: &Vocabulary) -> Result<Vec<Note>, UrdfError> {
         let (text, file) = (self.sidecar.text(), self.sidecar.file());
         let source = Source { file, text: &text };
-        let notes: Result<Vec<Option<Note>>, UrdfError> =
-            read_table(file, &text)?.effects.iter().map(|table| check(table, vocabulary, source)).collect();
-        Ok(notes?.into_iter().flatten().collect())
+        let effects = read_table(file, &text)?.effects;
+        effects.iter().filter_map(|table| check(table, vocabulary, source).transpose()).collect()
     }
 }
 

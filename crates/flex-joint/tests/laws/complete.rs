@@ -1,6 +1,5 @@
 //! Laws of the complete model on random trees: rotors as bodies, energy, limits, derivatives.
 
-use crate::trees::{Case, Mounting, assert_close, cases};
 use nalgebra::{DMatrix, DVector};
 use sinew_flex_joint::{ElasticJoints, FlexJointError, Scratch, SpinInertia};
 use sinew_kinematics::{difference, integrate, position_rate};
@@ -9,6 +8,8 @@ use sinew_model::{
     Dual, Inertia, Joint, JointId, JointKind, Lanes, Limits, Model, Pose, Robot, Scalar, Symmetric3, Vector3,
 };
 use sinew_rigid::{Bodies, forward_dynamics_with, inertias};
+
+use crate::trees::{Case, Mounting, assert_close, cases};
 
 /// Rounding of solutions with the mass matrix of trees whose links are a thousand times lighter than others.
 const SOLUTION: f64 = 1e-8;

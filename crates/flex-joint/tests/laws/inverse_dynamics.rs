@@ -1,9 +1,10 @@
 //! The motor torques that make the links follow a motion: what they must be, and that the links then follow.
 
-use crate::trees::{Case, Mounting, assert_close, cases};
 use sinew_flex_joint::{Deflection, ElasticJoints, FlexJointError, InverseScratch, MotorMotion, SpinInertia};
 use sinew_model::samples::{Random, planar_arm};
 use sinew_model::{Dual, Lanes, Robot, Scalar};
+
+use crate::trees::{Case, Mounting, assert_close, cases};
 
 /// Rounding of solutions with the mass matrix.
 const SOLUTION: f64 = 1e-8;

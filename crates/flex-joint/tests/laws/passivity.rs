@@ -108,8 +108,8 @@ fn a_robot_without_springs_is_the_rigid_robot_with_its_rotors() {
 fn linearised(arm: &ElasticJoints) -> [[f64; 4]; 2] {
     let ws = &mut Scratch::new(arm);
     let columns: [[f64; 2]; 4] = core::array::from_fn(|column| {
-        let moved = |k: usize| [Dual { value: 0.0, derivative: [f64::from(u8::from(k == column))] }];
-        let (mut qdd, mut thetadd) = ([Dual::<1>::ZERO], [Dual::ZERO]);
+        let moved = |k: usize| [if k == column { Dual::<1>::variable(0.0, 0) } else { Dual::ZERO }];
+        let (mut qdd, mut thetadd) = ([Dual::ZERO], [Dual::ZERO]);
         let (q, theta, qd, thetad) = (&moved(0), &moved(1), &moved(2), &moved(3));
         arm.forward_dynamics_with(ws, q, qd, theta, thetad, &[Dual::ZERO], &mut qdd, &mut thetadd);
         [qdd[0].derivative[0], thetadd[0].derivative[0]]
