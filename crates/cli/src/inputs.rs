@@ -136,7 +136,7 @@ impl Columns {
 }
 
 // How the files of runs and of robots end.
-const RUNS: &[&str] = &[".csv", ".csv.gz"];
+pub(crate) const RUNS: &[&str] = &[".csv", ".csv.gz", ".parquet"];
 const ROBOTS: &[&str] = &[".urdf", ".sinew.toml"];
 
 // Arguments in each other's place.

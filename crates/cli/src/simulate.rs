@@ -42,7 +42,7 @@ pub(crate) struct Simulate {
     /// Seed of the noise
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// The run (.csv or .csv.gz)
+    /// The run (.csv, .csv.gz or .parquet)
     #[arg(short, long, value_name = "RUN")]
     output: PathBuf,
 }
@@ -50,7 +50,7 @@ pub(crate) struct Simulate {
 impl Simulate {
     pub fn run(&self, console: &Console) -> Result<(), CliError> {
         let read = [self.robot.clone(), self.input.path.clone(), self.noise.clone()];
-        new_file::check(&self.output, &[".csv", ".csv.gz"], &read)?;
+        new_file::check(&self.output, inputs::RUNS, &read)?;
         let file = inputs::robot(&self.robot)?;
         let plant = inputs::plant(&file)?;
         let model = &file.robot.model;
@@ -87,7 +87,7 @@ impl Simulate {
         options.seed = self.seed;
         console.say("simulating …");
         let simulated = simulate(&plant, &p, drive.as_mut(), &options)?;
-        simulated.run.write_csv(&self.output)?;
+        simulated.run.write(&self.output)?;
         let audit = simulated.audit;
         let path = self.output.display();
         let answer = json!({

@@ -69,6 +69,23 @@ fn has(value: &Value, keys: &[&str]) {
 }
 
 #[test]
+fn a_run_in_parquet_is_told_as_one_in_csv_is() {
+    let dir = bench("parquet");
+    let of_run = |output: &str| {
+        let noise = ["--noise", "noise.toml"];
+        let from = ["simulate", "true.sinew.toml", "--input", "a.ref.csv", "--controller", "-o", output];
+        json(&dir, &[&from[..], &noise].concat());
+        json(&dir, &["compare", "arm.sinew.toml", output])
+    };
+    let (csv, parquet) = (of_run("log.csv"), of_run("log.parquet"));
+    assert!(csv["signals"][0]["rms_error"].as_f64().unwrap() > 0.0);
+    assert_eq!(csv["signals"], parquet["signals"]);
+    let magic = std::fs::read(dir.join("log.parquet")).unwrap();
+    assert_eq!(&magic[..4], b"PAR1");
+    std::fs::remove_dir_all(dir).unwrap();
+}
+
+#[test]
 fn check_and_compare_have_the_keys_of_the_contract() {
     let dir = bench("compare");
     let check = json(&dir, &["check", "arm.sinew.toml", "a.csv"]);

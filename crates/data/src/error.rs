@@ -11,7 +11,7 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum DataError {
     /// The file does not exist.
-    #[error("{}: no such file\n  help: check the path; a run is a .csv or .csv.gz file", path.display())]
+    #[error("{}: no such file\n  help: check the path; a run is a .csv, .csv.gz or .parquet file", path.display())]
     Missing {
         /// The file.
         path: PathBuf,
@@ -67,10 +67,10 @@ pub enum DataError {
         got: usize,
     },
     /// The header names nothing that Sinew knows and no columns map was given.
-    #[error("{file}:1: no column has a name that is known here (got {found})\n  help: {help}")]
+    #[error("{place}: no column has a name that is known here (got {found})\n  help: {help}")]
     NoKnownColumn {
-        /// The file.
-        file: String,
+        /// File, and line of its header.
+        place: String,
         /// The headers found.
         found: String,
         /// How to name them.
@@ -88,11 +88,11 @@ pub enum DataError {
     },
     /// The columns map names a column that the file does not have.
     #[error(
-        "{file}:1: no column \"{column}\", which the columns map gives to {name} (got {found})\n  help: {help}"
+        "{place}: no column \"{column}\", which the columns map gives to {name} (got {found})\n  help: {help}"
     )]
     MissingColumn {
-        /// The file.
-        file: String,
+        /// File, and line of its header.
+        place: String,
         /// The column asked for.
         column: String,
         /// The signal it was asked for.
@@ -103,10 +103,10 @@ pub enum DataError {
         help: String,
     },
     /// Two columns have the same name.
-    #[error("{file}:1: two columns are called \"{column}\"\n  help: rename one of them")]
+    #[error("{place}: two columns are called \"{column}\"\n  help: rename one of them")]
     DuplicateColumn {
-        /// The file.
-        file: String,
+        /// File, and line of its header.
+        place: String,
         /// Their name.
         column: String,
     },
@@ -219,6 +219,37 @@ pub enum DataError {
         file: String,
         /// What the reader said.
         source: csv::Error,
+    },
+    /// A column of a Parquet file holds texts, lists or something else than one number a row.
+    #[error(
+        "{file}: column \"{column}\" does not hold one number a row (its type is {got})\n  help: write it as float, double or whole numbers"
+    )]
+    NoNumbers {
+        /// The file.
+        file: String,
+        /// The column.
+        column: String,
+        /// Its type.
+        got: String,
+    },
+    /// A Parquet file that is broken, cut short, encrypted or packed in a way that is not known here.
+    #[cfg(feature = "parquet")]
+    #[error(
+        "{file}: no whole Parquet file ({source})\n  help: copy it once more, or write it anew, packed with snappy, gzip, lz4, zstd or not at all"
+    )]
+    BadParquet {
+        /// The file.
+        file: String,
+        /// What the reader said.
+        source: parquet::errors::ParquetError,
+    },
+    /// A Parquet file, which a build without the feature `parquet` does not read.
+    #[error(
+        "{file}: Parquet, which this build does not read\n  help: build it with the feature `parquet`, or write the run as CSV"
+    )]
+    NoParquet {
+        /// The file.
+        file: String,
     },
     /// A signal has not one value for each time stamp.
     #[error(

@@ -19,25 +19,34 @@ pub(crate) fn file_name(path: &Path) -> String {
 
 /// The text of a file, unpacked if it is gzip.
 pub(crate) fn read_text(path: &Path) -> Result<String, DataError> {
+    text(&file_name(path), read_bytes(path)?)
+}
+
+/// The bytes of a file, unpacked if it is gzip.
+pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, DataError> {
     let bytes = fs::read(path).map_err(|source| match source.kind() {
         io::ErrorKind::NotFound => DataError::Missing { path: path.into() },
         _ => DataError::Unreadable { path: path.into(), source },
     })?;
-    let bytes = if bytes.starts_with(&GZIP_MAGIC) {
+    if bytes.starts_with(&GZIP_MAGIC) {
         let mut unpacked = Vec::new();
         MultiGzDecoder::new(&bytes[..])
             .read_to_end(&mut unpacked)
             .map_err(|error| DataError::NotGzip { file: file_name(path), what: error.to_string() })?;
-        unpacked
-    } else if is_gzip_name(path) && !bytes.is_empty() {
+        return Ok(unpacked);
+    }
+    if is_gzip_name(path) && !bytes.is_empty() {
         return Err(DataError::NotGzip { file: file_name(path), what: "no gzip header".into() });
-    } else {
-        bytes
-    };
+    }
+    Ok(bytes)
+}
+
+/// The text that these bytes of a file are.
+pub(crate) fn text(file: &str, bytes: Vec<u8>) -> Result<String, DataError> {
     String::from_utf8(bytes).map_err(|error| {
         let before = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = before.iter().filter(|&&byte| byte == b'\n').count() + 1;
-        DataError::NotText { file: file_name(path), line }
+        DataError::NotText { file: file.into(), line }
     })
 }
 
@@ -63,6 +72,15 @@ pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), DataError> {
     })
 }
 
+/// True if a file is to be Parquet by its name.
+pub(crate) fn is_parquet_name(path: &Path) -> bool {
+    ends_in(path, "parquet")
+}
+
 fn is_gzip_name(path: &Path) -> bool {
-    path.extension().is_some_and(|end| end.eq_ignore_ascii_case("gz"))
+    ends_in(path, "gz")
+}
+
+fn ends_in(path: &Path, ending: &str) -> bool {
+    path.extension().is_some_and(|end| end.eq_ignore_ascii_case(ending))
 }

@@ -1,16 +1,20 @@
 //! Measured runs: reading, checking, resampling, differentiation, noise.
 //!
-//! A [`Run`] is a set of time stamps and of signals with a value for each. [`read_run`] reads one from CSV,
-//! with a [`ColumnMap`] for logs that have headers of their own. The crate knows no robot model: joints are
+//! A [`Run`] is a set of time stamps and of signals with a value for each. [`read_run`] reads one from CSV
+//! and, with the feature `parquet`, from Parquet, with a [`ColumnMap`] for logs that have headers of their own. The crate knows no robot model: joints are
 //! names. What would have to be guessed is refused ([`DataError`]); what is suspicious is told ([`Note`]).
 
 mod checks;
 mod column_map;
+mod csv_file;
 mod error;
 mod file;
 mod kernel;
+mod layout;
 mod noise;
 mod note;
+#[cfg(feature = "parquet")]
+mod parquet_file;
 mod quantisation;
 mod quantity;
 mod read_run;

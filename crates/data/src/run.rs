@@ -46,8 +46,19 @@ pub struct Run {
 #[derive(Debug, Clone)]
 pub(crate) struct Origin {
     pub file: String,
-    /// Line of each sample in the file.
-    pub lines: Vec<u64>,
+    pub mark: Mark,
+    /// Line or row of each sample in the file.
+    pub numbers: Vec<u64>,
+}
+
+/// What the samples of a file are counted by.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Mark {
+    /// Lines of a text, its header the first.
+    Line,
+    /// Rows of a table, from 1.
+    #[cfg(feature = "parquet")]
+    Row,
 }
 
 impl Signal {
@@ -220,10 +231,11 @@ impl Run {
             signals: signals.collect(),
             notes: self.notes.clone(),
             left_out: self.left_out.clone(),
-            origin: self
-                .origin
-                .as_ref()
-                .map(|o| Origin { file: o.file.clone(), lines: o.lines[first..end].to_vec() }),
+            origin: self.origin.as_ref().map(|o| Origin {
+                numbers: o.numbers[first..end].to_vec(),
+                file: o.file.clone(),
+                ..*o
+            }),
         })
     }
 
@@ -266,19 +278,22 @@ impl Run {
         of(&mut self.time, kept);
         self.signals.iter_mut().for_each(|s| of(&mut s.values, kept));
         if let Some(origin) = &mut self.origin {
-            of(&mut origin.lines, kept);
+            of(&mut origin.numbers, kept);
         }
     }
 
     /// True if a sample was read from this line of the file.
     pub(crate) fn has_line(&self, line: u64) -> bool {
-        self.origin.as_ref().is_some_and(|origin| origin.lines.binary_search(&line).is_ok())
+        self.origin.as_ref().is_some_and(|origin| origin.numbers.binary_search(&line).is_ok())
     }
 
-    /// Where a sample is: `run.csv:1042` for a run from a file, else the run and the number of the sample.
+    /// Where a sample is: `run.csv:1042` or `run.parquet, row 1041` for a run from a file, else the run and the number of the
+    /// sample.
     pub fn place_of(&self, sample: usize) -> String {
-        match self.origin.as_ref().and_then(|o| Some((&o.file, o.lines.get(sample)?))) {
-            Some((file, line)) => format!("{file}:{line}"),
+        match self.origin.as_ref().and_then(|o| Some((o, o.numbers.get(sample)?))) {
+            Some((Origin { file, mark: Mark::Line, .. }, line)) => format!("{file}:{line}"),
+            #[cfg(feature = "parquet")]
+            Some((Origin { file, mark: Mark::Row, .. }, row)) => format!("{file}, row {row}"),
             None => format!("{}, sample {}", self.name, sample + 1),
         }
     }

@@ -1,12 +1,41 @@
-//! Writing a run as CSV.
+//! Writing a run.
 
 use std::path::Path;
 
 use crate::error::DataError;
-use crate::file::{file_name, write_bytes};
+use crate::file::{file_name, is_parquet_name, write_bytes};
 use crate::run::Run;
 
+#[cfg(feature = "parquet")]
+use crate::parquet_file::write as write_parquet;
+
+#[cfg(not(feature = "parquet"))]
+fn write_parquet(_run: &Run, path: &Path) -> Result<(), DataError> {
+    Err(DataError::NoParquet { file: file_name(path) })
+}
+
 impl Run {
+    /// Writes the run as Parquet if the name ends in `.parquet`, else as [`Run::write_csv`] does.
+    ///
+    /// # Errors
+    /// If the file cannot be written, or is to be Parquet and the feature `parquet` is not there.
+    ///
+    /// # Example
+    /// ```
+    /// # use sinew_data::{Quantity, Run, Signal};
+    /// # let folder = std::env::temp_dir().join(format!("sinew-data-write-{}", std::process::id()));
+    /// # std::fs::create_dir_all(&folder).unwrap();
+    /// let q = Signal::new(Quantity::JointPosition, "elbow", vec![0.5, 0.6]);
+    /// let run = Run::new("log".into(), vec![0.0, 0.01], vec![q])?;
+    /// run.write(&folder.join("log.csv.gz"))?;
+    /// assert_eq!(sinew_data::read_run(&folder.join("log.csv.gz"), None)?.time, run.time);
+    /// # std::fs::remove_dir_all(&folder).unwrap();
+    /// # Ok::<(), sinew_data::DataError>(())
+    /// ```
+    pub fn write(&self, path: &Path) -> Result<(), DataError> {
+        if is_parquet_name(path) { write_parquet(self, path) } else { self.write_csv(path) }
+    }
+
     /// Writes the run as CSV, packed if the name ends in `.gz`.
     ///
     /// Every number is written with the fewest digits that read back as the same number. The file appears whole

@@ -42,7 +42,7 @@ fn a_missing_file_is_named() {
     let text = message(Path::new("nowhere/run.csv"));
     assert_eq!(
         text,
-        "nowhere/run.csv: no such file\n  help: check the path; a run is a .csv or .csv.gz file"
+        "nowhere/run.csv: no such file\n  help: check the path; a run is a .csv, .csv.gz or .parquet file"
     );
 }
 
