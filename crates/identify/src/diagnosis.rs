@@ -148,8 +148,8 @@ pub(crate) fn report(
     let channels = channels(search, state);
     let left = left_of_channels(search.problem.form.layout(), &state.fitted.white);
     let mut verdict = word(&channels, &left, state.accepted.len());
-    let grounds: Vec<Grounds> =
-        state.accepted.iter().map(|entry| Grounds::of(search, explored, &channels, &left, entry)).collect();
+    let of = |entry| Grounds::of(search, explored, &channels, &left, &reports, entry);
+    let grounds: Vec<Grounds> = state.accepted.iter().map(of).collect();
     let of = |(entry, grounds): (&Entry, &Grounds)| candidate(search, state, &reports, entry, *grounds);
     let mut candidates: Vec<CandidateReport> = state.accepted.iter().zip(&grounds).map(of).collect();
     let mut scope = scope;
@@ -239,15 +239,12 @@ fn differences(state: &State, reports: &[Reported]) -> Vec<Finding> {
         .map(|(report, _)| report)
         .filter_map(|(effect, r)| {
             let spec = &state.fitted.model.specs[*effect];
-            let share = 100.0 * r.difference()?;
+            let differs = r.difference_told()?;
             Some(Finding {
                 joint: spec.place.to_string(),
                 signal: String::new(),
                 regime: "runs".to_owned(),
-                statement: format!(
-                    "{}: {} differs between runs by ± {share:.0} % of itself: something that changed drives it",
-                    spec.kind, r.name
-                ),
+                statement: format!("{}: {} {differs}: something that changed drives it", spec.kind, r.name),
                 share: 0.0,
             })
         })

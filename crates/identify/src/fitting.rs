@@ -65,13 +65,18 @@ impl ParameterReport {
     /// By how much it differs between runs as a share of itself, where that is more than a quarter: something that
     /// changed drives it.
     pub fn difference(&self) -> Option<f64> {
-        difference(self.between_runs, self.value)
+        let share = self.between_runs / self.value.abs();
+        (self.value != 0.0 && share > MOST_DIFFERENT).then_some(share)
     }
-}
 
-fn difference(between_runs: f64, value: f64) -> Option<f64> {
-    let share = between_runs / value.abs();
-    (value != 0.0 && share > MOST_DIFFERENT).then_some(share)
+    /// The same in words.
+    pub(crate) fn difference_told(&self) -> Option<String> {
+        let share = match self.difference()? {
+            share if share > 1.0 => "more than itself".to_owned(),
+            share => format!("± {:.0} % of itself", 100.0 * share),
+        };
+        Some(format!("differs between runs by {share}"))
+    }
 }
 
 // Share of itself by which a constant of a robot may differ between runs.
@@ -292,12 +297,13 @@ pub(crate) fn parameters(search: &Search, state: &State, wide: f64) -> Vec<Repor
             if slides(model.plant.model(), &active.spec.place) {
                 unit = of_slide(&unit);
             }
-            let note = note(u.pull(model.p[u.position]).sqrt(), model.p[u.position], range).or_else(|| {
-                let share = difference(between_runs, value).filter(|_| !u.shape)?;
-                Some(format!("differs between runs by ± {:.0} % of itself", 100.0 * share))
-            });
             let name = format!("{}.{}", active.spec.place, parameter.label());
-            (u.id.effect, ParameterReport { name, value, std, between_runs, unit, low, high, start, note })
+            let note = note(u.pull(model.p[u.position]).sqrt(), model.p[u.position], range);
+            let mut report = ParameterReport { name, value, std, between_runs, unit, low, high, start, note };
+            if report.note.is_none() && !u.shape {
+                report.note = report.difference_told();
+            }
+            (u.id.effect, report)
         })
         .collect()
 }

@@ -1,13 +1,18 @@
 //! How often a name that was given like this one is right.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use crate::diagnosis::ChannelReport;
 use crate::episode::is_of_one_time;
 use crate::explore::{Explored, Rung};
+use crate::fitting::Reported;
 use crate::gates::{Evidence, mean_square};
 use crate::remainder::Left;
 use crate::search::{Accepted, Search};
+use crate::trial::How;
+use crate::unknowns::Unknown;
 
 /// What the probability of a name rests on.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -34,6 +39,9 @@ pub struct Grounds {
     /// All that it explains lies in one short time of one run, and it leaves more than noise, as it would if something had
     /// acted once.
     pub once: bool,
+    /// By how much its strengths differ from run to run beyond noise, as a share of themselves: a constant of a robot is the same
+    /// in every run, what stands in for another cause is not.
+    pub apart: f64,
 }
 
 /// Numbers in which the logit of a probability is linear.
@@ -62,10 +70,12 @@ impl Grounds {
 
     /// The most that its probability may be: its share among those that are tied, 1/(1 + Σ e^(−Δχ²/20)) over its rivals, one
     /// more of which is what acts once, times 1/(1 + (left/0.1)²), since a law that is only like the true one takes most of its error away
-    /// and leaves the rest.
+    /// and leaves the rest, times 1/(1 + (apart/0.5)²), since its constants are others in every run.
     pub fn share(&self) -> f64 {
         let tied = self.tied + f64::from(u8::from(self.once));
-        1.0 / ((1.0 + tied) * (1.0 + (self.left / LIKE).powi(2)))
+        let like = 1.0 + (self.left / LIKE).powi(2);
+        let differs = 1.0 + (self.apart / HALF).powi(2);
+        1.0 / ((1.0 + tied) * like * differs)
     }
 
     /// How often a name on such grounds is right.
@@ -91,6 +101,8 @@ const TIED: f64 = 20.0;
 const NO_RIVAL: f64 = 30.0;
 // Share left of an error by a law of which one in two is only like the true one.
 const LIKE: f64 = 0.1;
+// Share of themselves by which strengths of a law differ between runs of which one in two is only like the true one.
+const HALF: f64 = 0.5;
 // Mean square of whitened rows up to which nothing is left but noise, whose size is known to a part only; the same by that
 // of quiet seconds, where a model that is wrong now and then makes too much of the noise.
 const NOISE: f64 = 1.5;
@@ -106,12 +118,13 @@ fn rests_on_tension(evidence: &Evidence) -> bool {
 }
 
 impl Grounds {
-    /// Of an accepted effect, by what the final model leaves of every channel.
+    /// Of an accepted effect, by what the final model leaves of every channel, and its parameters.
     pub(crate) fn of(
         search: &Search,
         explored: &Explored,
         reports: &[ChannelReport],
         left: &[Left],
+        constants: &[Reported],
         entry: &Accepted,
     ) -> Self {
         let evidence = &entry.evidence;
@@ -131,6 +144,7 @@ impl Grounds {
             left,
             company: if entry.trial.is_plain_friction() { 0 } else { beside.count() },
             once: left > 0.0 && is_of_one_time(search, &explored.state, entry),
+            apart: apart(&explored.state.fitted.model.unknowns, constants, entry),
         }
     }
 
@@ -138,6 +152,21 @@ impl Grounds {
     pub(crate) fn is_only_like(&self) -> bool {
         self.left > LIKE
     }
+}
+
+// By how much the strengths of a new effect differ between runs as a share of themselves, those of one unit together, as sine and
+// cosine are; of several units those that agree best.
+fn apart(unknowns: &[Unknown], constants: &[Reported], entry: &Accepted) -> f64 {
+    let mut by_unit: BTreeMap<&str, [f64; 2]> = BTreeMap::new();
+    let is_own = |(_, (effect, _)): &(&Unknown, &Reported)| *effect == entry.effect;
+    for (_, (_, report)) in unknowns.iter().zip(constants).filter(is_own).filter(|(u, _)| !u.shape) {
+        let [between, size] = by_unit.entry(&report.unit).or_default();
+        *between += report.between_runs.powi(2);
+        *size += report.value.powi(2);
+    }
+    let is_new = matches!(entry.trial.how, How::New { .. });
+    let shares = by_unit.values().map(|[between, size]| (between / size).sqrt()).filter(|_| is_new);
+    shares.reduce(f64::min).filter(|share| share.is_finite()).unwrap_or(0.0)
 }
 
 // What is left of the error that an effect was found by.
@@ -206,6 +235,7 @@ mod tests {
             left: 0.0,
             company: 0,
             once: false,
+            apart: 0.0,
         }
     }
 
@@ -227,6 +257,7 @@ mod tests {
         assert!(p(|g| g.z = 5.0) < p(|_| ()));
         assert!(p(|g| g.left = 0.3) < p(|_| ()));
         assert!(p(|g| g.company = 2) < p(|_| ()));
+        assert!(p(|g| g.apart = 0.5) < 0.55 * p(|_| ()) && p(|g| g.apart = 0.05) > 0.98 * p(|_| ()));
         assert!(p(|g| g.next = 1.0) < p(|_| ()));
         assert!(p(|g| g.z = f64::INFINITY) <= MOST && p(|g| g.z = 0.0) >= LEAST);
     }
