@@ -88,7 +88,8 @@ fn candidate(c: &CandidateReport) -> Vec<String> {
         )
     });
     let place = if c.place.is_empty() { "(robot)" } else { &c.place };
-    vec![place.to_owned(), c.effect.clone(), number(c.probability), percent(c.error_explained), rival]
+    let explains = c.explains().map_or("–".to_owned(), percent);
+    vec![place.to_owned(), c.effect.clone(), number(c.probability), explains, rival]
 }
 
 // One line for each rival that an experiment would separate.

@@ -232,10 +232,20 @@ pub enum DataError {
         /// Its type.
         got: String,
     },
+    /// A columns map gives a scale to a column whose type has its unit.
+    #[error(
+        "{file}: column \"{column}\" holds times, which are read in s whatever their unit\n  help: leave `scale` out of its entry in the columns map"
+    )]
+    ScaledTime {
+        /// The file.
+        file: String,
+        /// The column.
+        column: String,
+    },
     /// A Parquet file that is broken, cut short, encrypted or packed in a way that is not known here.
     #[cfg(feature = "parquet")]
     #[error(
-        "{file}: no whole Parquet file ({source})\n  help: copy it once more, or write it anew, packed with snappy, gzip, lz4, zstd or not at all"
+        "{file}: cannot be read as Parquet ({source})\n  help: write it packed with snappy, gzip, lz4, zstd or not at all; copy it once more if it is not whole"
     )]
     BadParquet {
         /// The file.

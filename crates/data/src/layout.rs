@@ -198,6 +198,12 @@ impl Field {
         [Some(self.index), self.plus, self.times].into_iter().flatten()
     }
 
+    /// True if its columns are in another unit.
+    #[cfg(feature = "parquet")]
+    pub fn is_scaled(&self) -> bool {
+        self.scale != 1.0
+    }
+
     /// The number of this field in SI, made of those of its columns.
     ///
     /// # Errors

@@ -39,9 +39,14 @@ pub(crate) fn read(file: &str, bytes: Vec<u8>, columns: Option<&ColumnMap>) -> R
     for index in fields().flat_map(Field::columns).collect::<BTreeSet<usize>>() {
         let of = schema.column(index);
         let Some(numbers) = Numbers::of(&of) else {
-            let got = of.physical_type().to_string().to_lowercase();
+            let is_list = of.max_rep_level() > 0;
+            let got = if is_list { "list".into() } else { of.physical_type().to_string().to_lowercase() };
             return Err(DataError::NoNumbers { file: file.into(), column: names[index].clone(), got });
         };
+        let is_scaled = |field: &Field| field.is_scaled() && field.columns().any(|c| c == index);
+        if matches!(numbers, Numbers::Seconds(_)) && fields().any(is_scaled) {
+            return Err(DataError::ScaledTime { file: file.into(), column: names[index].clone() });
+        }
         read.insert(index, sound(|| column(&reader, index, numbers)).map_err(bad)?);
     }
     let rows = read.values().map(Vec::len).min().unwrap_or(0);

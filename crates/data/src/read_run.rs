@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::column_map::ColumnMap;
 use crate::csv_file;
 use crate::error::DataError;
-use crate::file::{file_name, is_parquet_name, read_bytes, read_text, text};
+use crate::file::{file_name, read_bytes, read_text, text};
 use crate::layout::{Layout, stem};
 use crate::note::{Note, Severity};
 use crate::quantity::SignalName;
@@ -86,7 +86,7 @@ pub(crate) struct Fault {
 pub(crate) fn read(path: &Path, part: Part, columns: Option<&ColumnMap>) -> Result<Run, DataError> {
     let file = file_name(path);
     let bytes = read_bytes(path)?;
-    let raw = match bytes.starts_with(b"PAR1") || is_parquet_name(path) {
+    let raw = match bytes.starts_with(b"PAR1") {
         true => read_parquet(&file, bytes, columns)?,
         false => csv_file::read(&file, &text(&file, bytes)?, columns)?,
     };

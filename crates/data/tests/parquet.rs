@@ -69,9 +69,29 @@ fn a_gap_and_a_text_are_refused_with_their_place() {
 }
 
 #[test]
+fn a_time_stamp_needs_no_scale() {
+    let columns = map("time = { column = \"time\", scale = 1e-9 }");
+    let text = read_run(&held("polars.parquet"), Some(&columns)).unwrap_err().to_string();
+    assert_eq!(
+        text,
+        "polars.parquet: column \"time\" holds times, which are read in s whatever their unit\n  help: leave `scale` out of its entry in the columns map"
+    );
+}
+
+// The first bytes tell, not the name.
+#[test]
+fn a_text_that_is_called_parquet_is_read_as_what_it_is() {
+    let folder = folder("text");
+    let path = folder.join("run.parquet");
+    fs::write(&path, "time,joint_position.elbow\n0,1\n1,2\n").unwrap();
+    assert_eq!(read_run(&path, None).unwrap().time, [0.0, 1.0]);
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
 fn another_packing_is_refused_with_those_that_are_read() {
     let text = read_run(&held("brotli.parquet"), None).unwrap_err().to_string();
-    assert!(text.starts_with("brotli.parquet: no whole Parquet file ("), "{text}");
+    assert!(text.starts_with("brotli.parquet: cannot be read as Parquet ("), "{text}");
     assert!(text.to_lowercase().contains("brotli") && text.contains("snappy, gzip, lz4, zstd"), "{text}");
 }
 
@@ -108,10 +128,10 @@ fn a_broken_file_is_refused() {
     for name in ["polars.parquet", "pyarrow.parquet"] {
         let whole = fs::read(held(name)).unwrap();
         let columns = map("\"joint_velocity.elbow\" = { column = \"joint_position.elbow\" }");
-        for end in 0..whole.len() {
+        for end in 4..whole.len() {
             fs::write(&path, &whole[..end]).unwrap();
             let text = read_run(&path, Some(&columns)).unwrap_err().to_string();
-            assert!(text.starts_with("run.parquet: no whole Parquet file ("), "{end}: {text}");
+            assert!(text.starts_with("run.parquet: cannot be read as Parquet ("), "{end}: {text}");
         }
         for at in (0..whole.len()).step_by(3) {
             for flip in [0x01, 0x80, 0xff] {

@@ -133,8 +133,10 @@ fn worked<T>(
         begun.first = look.as_ref().map(FirstLook::told);
         about.refusals.extend(look.iter().flat_map(FirstLook::refusals));
         let worked = work(&mut about, &begun)?;
-        let is_drowned = || is_drowned(&prepared, &innovation.present().torque_noise);
-        if worked.is_named || options.residual.is_some() || !is_drowned() {
+        let drowned = drowned(&prepared, &innovation.present().torque_noise);
+        // A name counts beside one joint that is drowned, not where all are.
+        let is_drowned = drowned.contains(&true) && !(worked.is_named && drowned.contains(&false));
+        if options.residual.is_some() || !is_drowned {
             return Ok(worked);
         }
         (begun.why, begun.first) = (DROWNED, None);
@@ -146,7 +148,8 @@ fn worked<T>(
 const FAST: f64 = 200.0;
 
 const SUITED: &str = "motor torque and encoders at 200 Hz or more: their noise is treated together";
-const DROWNED: &str = "the innovation residual names nothing and finds more torque noise than there is torque: a misfit passes for noise";
+const DROWNED: &str =
+    "the innovation residual finds more torque noise than there is torque: a misfit passes for noise";
 
 // Whether the innovation residual is taken, and why or why not.
 fn suits(
@@ -190,14 +193,14 @@ pub(crate) fn about_base(
     Ok(Some(if prepared.sensors.few_move() { form.sure() } else { form }))
 }
 
-// True if the torque noise of a joint is larger than what was logged of its torque.
-fn is_drowned(prepared: &Prepared, noise: &[f64]) -> bool {
+// By joint with a motor torque: true if its noise is larger than what was logged of it.
+fn drowned(prepared: &Prepared, noise: &[f64]) -> Vec<bool> {
     let torques = prepared.sensors.channels.iter().filter(|c| c.sensor == Sensor::MotorTorque);
     let logged = torques.map(|c| {
         let values: Vec<f64> = prepared.sensors.motor_torque(&prepared.records, c.dof).collect();
         std(&values)
     });
-    logged.zip(noise).any(|(logged, noise)| *noise > logged)
+    logged.zip(noise).map(|(logged, noise)| *noise > logged).collect()
 }
 
 // Why the innovation residual does not suit the runs; none if it does.

@@ -84,6 +84,15 @@ pub struct CandidateReport {
     pub rivals: Vec<RivalReport>,
 }
 
+impl CandidateReport {
+    /// Share of the squared error of its most affected channel; none of what relieves a tension only: the base has taken the
+    /// error away already, with parameters bent further than what is stated lets them.
+    pub fn explains(&self) -> Option<f64> {
+        let is_relief = self.grounds.is_some_and(|grounds| grounds.by_tension);
+        (!is_relief).then_some(self.error_explained)
+    }
+}
+
 /// The answer of a diagnosis.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Diagnosis {

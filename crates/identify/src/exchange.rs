@@ -3,13 +3,15 @@
 //! A dead time that is named while a harmonic is missing, too, may turn out to be a lag beside it. Each accepted effect is
 //! taken out of the finished model, and what else passed when it was accepted is put in its place.
 
+use sinew_effect::Actuation;
 use sinew_model::EffectSpec;
+use sinew_plant::{Dynamics, LinkState};
 
 use crate::IdentifyError;
 use crate::explore::{
     CHANCE, Rung, Unseen, WORSE, accepted_without, error, evidence_between, is_likelier, rung, without,
 };
-use crate::gates::z_between;
+use crate::gates::{Evidence, z_between};
 use crate::problem::{Candidate, Problem, refine};
 use crate::refit::{Fitted, Refit};
 use crate::search::{Accepted, Search, State, TIE_CHI, TIE_Z};
@@ -49,18 +51,29 @@ pub(crate) fn exchanged(
             let own = o.trial.label();
             !search.banned.contains(&own) && state.accepted.iter().all(|a| a.trial.label() != own)
         };
-        // Of what is tied the simpler one was taken.
+        let is_late_otherwise = |o: &Other| {
+            let reduced = without(search.problem, &state.fitted.model, entry).ok();
+            let with = reduced.and_then(|reduced| extended(search.problem, &reduced, &o.spec).ok());
+            with.is_some_and(|with| are_late_otherwise(state, &with))
+        };
+        // Of what is tied the simpler one was taken; drives that are late in different ways differ by what no model foretells.
         let others: Vec<Other> = (entry.others.iter().filter(|o| is_new(o)).cloned())
-            .map(|o| Other { is_near: o.is_near && !is_tied(&o), ..o })
-            .filter(|o| o.is_near || !is_alone)
+            .map(|o| Other { is_near: o.is_near && (!is_tied(&o) || is_late_otherwise(&o)), ..o })
+            .filter(|o| o.is_near || !is_alone || is_late_otherwise(o))
             .collect();
         for other in &others {
+            let tie = |state: &mut State, distance: f64| {
+                let rivals = &mut state.accepted[k].rivals;
+                rivals.retain(|(trial, _)| trial.label() != other.trial.label());
+                rivals.push((other.trial.clone(), distance));
+            };
             match compared(search, state, k, other, unseen)? {
                 Compared::Worse => {}
-                Compared::Tied(distance) => {
-                    let rivals = &mut state.accepted[k].rivals;
-                    rivals.retain(|(trial, _)| trial.label() != other.trial.label());
-                    rivals.push((other.trial.clone(), distance));
+                Compared::Tied(distance) => tie(state, distance),
+                Compared::Itself(settled, tied) => {
+                    *state = *settled;
+                    told_anew(search, state, rungs, unseen);
+                    tied.into_iter().for_each(|distance| tie(state, distance));
                 }
                 Compared::Better(next, gain) => {
                     let by = other.trial.label();
@@ -74,7 +87,18 @@ pub(crate) fn exchanged(
             }
         }
     }
+    if let Some(settled) = settled_itself(search, state)? {
+        *state = settled;
+        told_anew(search, state, rungs, unseen);
+    }
     Ok(any)
+}
+
+// The last rung is that of this state.
+fn told_anew(search: &Search, state: &State, rungs: &mut [Rung], unseen: Option<&Unseen>) {
+    if let Some(last) = rungs.last_mut() {
+        *last = rung(search, &std::mem::take(&mut last.added), state, unseen);
+    }
 }
 
 // Another effect in the place of an accepted one.
@@ -84,6 +108,8 @@ enum Compared {
     Tied(f64),
     // The settled state, and by how much its objective is lower.
     Better(Box<State>, f64),
+    // The same effects, settled in other rows, and the χ² disadvantage of the other if it is tied.
+    Itself(Box<State>, Option<f64>),
 }
 
 fn compared(
@@ -110,6 +136,10 @@ fn compared(
     if !distance.is_finite() {
         return Ok(Compared::Worse);
     }
+    if are_late_otherwise(state, &with.model) {
+        let evidence = evidence_between(search, &fitted(reduced), &with, other.trial.parameters);
+        return drives_compared(search, state, k, (other, evidence), with.model);
+    }
     let tied = distance < TIE_CHI || z_between(layout, &with.white, &state.fitted.white) < TIE_Z;
     let equal = if tied { Compared::Tied(distance) } else { Compared::Worse };
     // About a motion of its own, what explains nearly as much may explain more.
@@ -120,10 +150,7 @@ fn compared(
     if evidence.refused(problem.options, 1).is_some() {
         return Ok(equal);
     }
-    let mut accepted = accepted_without(&state.accepted, k);
-    let effect = with.model.specs.len() - 1;
-    let (rivals, others) = (Vec::new(), Vec::new());
-    accepted.push(Accepted { trial: other.trial.clone(), effect, evidence, rivals, others });
+    let accepted = accepted_with(state, k, (other, evidence), &with.model);
     let next = search.settled_anew(with.model, |model| search.descended(model, whitener), accepted)?;
     let is_likelier = is_likelier(search, state, &next, CHANCE, unseen);
     if is_likelier && error(search, &next, unseen) < WORSE * error(search, state, unseen) {
@@ -131,6 +158,102 @@ fn compared(
     }
     reference.iter().for_each(|reference| problem.form.adopt(reference));
     Ok(equal)
+}
+
+// True if one drive that is late has taken the place of another, and logged torques are held.
+fn are_late_otherwise(before: &State, after: &Candidate) -> bool {
+    let differ = |(a, b): (&Actuation<f64>, &Actuation<f64>)| {
+        is_late(a) && is_late(b) && (a.lag > 0.0) != (b.lag > 0.0)
+    };
+    are_held(before) && drives(&before.fitted.model).iter().zip(&drives(after)).any(differ)
+}
+
+fn is_late(drive: &Actuation<f64>) -> bool {
+    drive.lag + drive.delay > 0.0
+}
+
+fn are_held(state: &State) -> bool {
+    state.reference.as_ref().is_some_and(|reference| reference.torques.early == 0.0)
+}
+
+// A state with drives that are late, settled once more with the whole of the logged torques passing them, if one of them lags or the
+// log is likelier so; none else.
+fn settled_itself(search: &Search, state: &State) -> Result<Option<State>, IdentifyError> {
+    let are_late = are_held(state) && drives(&state.fitted.model).iter().any(is_late);
+    if !are_late || state.reference.as_ref().is_some_and(|reference| reference.torques.is_whole()) {
+        return Ok(None);
+    }
+    let own = search.settled_driven(state)?;
+    let is_better = own.is_finite() && is_better_driven(search, state, &own);
+    let kept = if is_better { &own } else { state };
+    kept.reference.iter().for_each(|reference| search.problem.form.adopt(reference));
+    Ok(is_better.then_some(own))
+}
+
+fn is_better_driven(search: &Search, before: &State, own: &State) -> bool {
+    let lags = drives(&own.fitted.model).iter().any(|drive| drive.lag > 0.0);
+    lags || search.misfit_driven(before, 0.0).is_some_and(|before| before > own.misfit() + CHANCE)
+}
+
+// The accepted effects of a state with another in the place of number `k`, the last of a model.
+fn accepted_with(
+    state: &State,
+    k: usize,
+    (other, evidence): (&Other, Evidence),
+    model: &Candidate,
+) -> Vec<Accepted> {
+    let mut accepted = accepted_without(&state.accepted, k);
+    let (effect, rivals, others) = (model.specs.len() - 1, Vec::new(), Vec::new());
+    accepted.push(Accepted { trial: other.trial.clone(), effect, evidence, rivals, others });
+    accepted
+}
+
+// Two drives that are late in different ways, both settled once more with the whole of the logged torques passing them: what a model
+// does not foretell, a controller's answers to noise, a dead time lets through and a lag does not.
+//
+// If torques were read with noise, the log is likelier with a drive that smooths them. So the one that smooths less is asked once more
+// with torques that are smoothed as much, but come no later.
+fn drives_compared(
+    search: &Search,
+    state: &State,
+    k: usize,
+    (other, evidence): (&Other, Evidence),
+    model: Candidate,
+) -> Result<Compared, IdentifyError> {
+    let form = search.problem.form;
+    let accepted = accepted_with(state, k, (other, evidence), &model);
+    let next = search.settled_anew(model, |model| search.descended(model, &state.whitener), accepted)?;
+    let (own, mut other) = (search.settled_driven(state)?, search.settled_driven(&next)?);
+    let lag = |of: &State| drives(&of.fitted.model).iter().map(|drive| drive.lag).fold(0.0, f64::max);
+    let (lag_of_own, lag_of_other) = (lag(&own), lag(&other));
+    let lowest = |of: &State, own: f64, others: f64| {
+        let smoothed = if others > own { search.misfit_driven(of, others) } else { None };
+        smoothed.map_or(of.misfit(), |smoothed| smoothed.min(of.misfit()))
+    };
+    let replaced = &state.accepted[k];
+    let fall = lowest(&own, lag_of_own, lag_of_other) - lowest(&other, lag_of_other, lag_of_own);
+    let fall = fall / replaced.evidence.temper;
+    if other.is_finite() && fall > CHANCE {
+        if let Some(entry) = other.accepted.last_mut() {
+            entry.rivals.push((replaced.trial.clone(), fall));
+        }
+        other.reference.iter().for_each(|reference| form.adopt(reference));
+        return Ok(Compared::Better(Box::new(other), fall));
+    }
+    let tied = Some((-fall).max(0.0)).filter(|distance| *distance < TIE_CHI);
+    if own.is_finite() && is_better_driven(search, state, &own) {
+        own.reference.iter().for_each(|reference| form.adopt(reference));
+        return Ok(Compared::Itself(Box::new(own), tied));
+    }
+    state.reference.iter().for_each(|reference| form.adopt(reference));
+    Ok(tied.map_or(Compared::Worse, Compared::Tied))
+}
+
+// The drives of a model at rest.
+fn drives(model: &Candidate) -> Vec<Actuation<f64>> {
+    let mut drives = vec![Actuation::default(); model.plant.model().nv];
+    Dynamics::new(&model.plant, &model.p).actuation(&LinkState::zero(&model.plant), &mut drives);
+    drives
 }
 
 // A model with one more effect, all of its parameters free.

@@ -108,8 +108,11 @@ impl Innovation {
         let joints = (0..sensors.imposed.len()).filter_map(joint).collect();
         let (runs, motions): (Vec<Even>, Vec<Motion>) =
             runs.iter().map(|run| Even::new(robot, run, sensors, scales)).unzip();
-        let records: Vec<Record> =
-            runs.iter().zip(&motions).map(|(run, motion)| run.record(motion, 0.0)).collect();
+        let records: Vec<Record> = runs
+            .iter()
+            .zip(&motions)
+            .map(|(run, motion)| run.record(motion, LoggedTorques::default()))
+            .collect();
         let layout = Layout::of(&records, &channels, TRANSIENT, |_, _| 0.0);
         let reference = Reference { records, ..Reference::default() };
         let reference = RwLock::new(Arc::new(reference));
@@ -185,7 +188,7 @@ impl Innovation {
     fn renewed(&self, plant: &Plant, p: &[f64], from: Start) -> Reference {
         let present = self.present();
         let torques = present.torques;
-        let about = |motions| Pass::new(self, motions, torques.early, plant, p);
+        let about = |motions| Pass::new(self, motions, torques, plant, p);
         let Settled { pass, noise, misfits } = match from {
             Start::Kernel => {
                 let pass = about(self.smooth.clone()).without_slip();
@@ -316,7 +319,7 @@ impl ResidualForm for Innovation {
         self.adopt(&Arc::new(Reference { torques, motions, torque_noise, ..Reference::default() }));
     }
     fn misfit(&self, about: &Reference, torque_noise: &[f64], plant: &Plant, p: &[f64]) -> Option<f64> {
-        let pass = Pass::new(self, about.motions.clone(), about.torques.early, plant, p);
+        let pass = Pass::new(self, about.motions.clone(), about.torques, plant, p);
         Some(pass.misfits(torque_noise).sum())
     }
     fn adopt(&self, reference: &Arc<Reference>) {

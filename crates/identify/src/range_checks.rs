@@ -20,7 +20,8 @@ const OVER: f64 = 0.05;
 const SOFT: f64 = 1.0;
 
 /// What is suspicious about the positions of a run: more than 1 % of them outside of the limits that the URDF states, or
-/// half as fast again as its limit of velocity; of a spring that the logged torques would bend by more than a radian. A motion
+/// half as fast again as its limit of velocity; of a spring that the logged torques would bend by more than a radian; a motor current
+/// without a torque constant. A motion
 /// much wider than these limits, where degrees would explain it, is an error.
 ///
 /// Joints without limits are not looked at; the help says so where degrees would explain it.
@@ -35,7 +36,25 @@ pub fn range_checks(robot: &Robot, runs: &[Run]) -> Vec<Note> {
             .collect()
     };
     let soft = runs.iter().flat_map(|run| (0..model.nv).filter_map(|dof| too_soft(robot, run, dof)));
-    runs.iter().flat_map(of_run).chain(soft).collect()
+    let idle = runs.iter().flat_map(|run| (0..model.nv).filter_map(|dof| idle_current(robot, run, dof)));
+    runs.iter().flat_map(of_run).chain(soft).chain(idle).collect()
+}
+
+// A motor current of which nobody says what torque it is.
+fn idle_current(robot: &Robot, run: &Run, dof: usize) -> Option<Note> {
+    let joint = robot.model.dof_name(dof);
+    let has = |quantity| run.signal(quantity, joint).is_some();
+    let is_idle = has(Quantity::MotorCurrent)
+        && !has(Quantity::MotorTorque)
+        && robot.joints[dof].torque_constant.is_none();
+    is_idle.then(|| Note {
+        severity: Severity::Warning,
+        place: run.name.clone(),
+        statement: format!(
+            "motor_current.{joint} is left out: the sidecar states no torque_constant of joint \"{joint}\""
+        ),
+        help: format!("write torque_constant, N·m at the joint per A, into [joints.{joint}]"),
+    })
 }
 
 // A spring that the logged torques would bend further than any gear lets it: a stiffness in another unit.
@@ -170,6 +189,18 @@ mod tests {
         };
         assert!(told(1800.0).is_empty());
         assert!(told(1.8)[0].statement.contains("gives way by 5.0 rad"));
+    }
+
+    #[test]
+    fn a_current_without_a_torque_constant_is_told() {
+        let mut robot = Robot::rigid(samples::pendulum(1.0, 0.5));
+        let name = robot.model.joints[0].name.clone();
+        let current = Signal::new(Quantity::MotorCurrent, &name, vec![0.0, 1.0, 2.0]);
+        let run = Run::new("run".to_owned(), vec![0.0, 1.0, 2.0], vec![current]).unwrap();
+        let told = range_checks(&robot, std::slice::from_ref(&run));
+        assert!(told.len() == 1 && told[0].statement.contains("states no torque_constant"), "{told:?}");
+        robot.joints[0].torque_constant = Some(12.0);
+        assert!(range_checks(&robot, &[run]).is_empty());
     }
 
     #[test]

@@ -61,6 +61,25 @@ pub(crate) struct LoggedTorques {
     /// True if derivatives are taken along the motion that they would make without the torque noise, not along that which was
     /// made with it.
     pub move_without_noise: bool,
+    /// What passes drives with a lag or a dead time.
+    pub passing: Passing,
+}
+
+impl LoggedTorques {
+    /// True if all of them passes drives with a lag or a dead time.
+    pub fn is_whole(&self) -> bool {
+        self.passing != Passing::Foretold
+    }
+}
+
+/// What of the logged torques passes drives with a lag or a dead time.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) enum Passing {
+    /// What a model foretells; the rest comes late, as fast as it was.
+    #[default]
+    Foretold,
+    /// All of it, as the drive lets it, smoothed over a time before, s, with as much before an instant as after it.
+    Whole { smoothed: f64 },
 }
 
 /// The motion that a new reference is led from.

@@ -27,6 +27,8 @@ pub(crate) struct Scales {
     /// By how much a logged torque acts before the middle of its hold, s: where not every command is logged it is that of a
     /// moment.
     pub early: f64,
+    /// True if all of a logged torque passes drives with a lag or a dead time, not what a model foretells of it.
+    pub whole: bool,
 }
 
 impl Scales {
@@ -61,6 +63,7 @@ impl Scales {
             held: reaches(400.0),
             coarse: fast > COARSE,
             early: 0.0,
+            whole: false,
         }
     }
 

@@ -1,6 +1,6 @@
 //! The predicted channels along a run, from the evaluations at its grid steps.
 
-use sinew_effect::{Actuation, Kind, Sensor, Wide};
+use sinew_effect::{Actuation, Kind, Reading, Sensor, Wide};
 use sinew_model::Scalar;
 use sinew_plant::{Dynamics, ImposedOut, LinkState};
 
@@ -114,12 +114,17 @@ impl<'c, S: Kind> Series<'c, S> {
     /// The channels as their sensors log them, on the grid. `dynamics` is that of the same parameters.
     pub fn logged(self, dynamics: &Dynamics<S>, step: f64) -> Predicted<S> {
         let Self { channels, raw, links, actuation, record, .. } = self;
-        let of = |(raw, c): (Vec<S>, &Channel)| {
+        let of = |((raw, c), measured): ((Vec<S>, &Channel), &Vec<f64>)| {
             let dof = dynamics.plant().joints()[c.dof];
-            let early = if c.sensor == Sensor::MotorTorque { record.scales.early } else { 0.0 };
+            let is_torque = c.sensor == Sensor::MotorTorque;
+            let early = if is_torque { record.scales.early } else { 0.0 };
+            if is_torque && record.scales.whole {
+                return passed(raw, measured, &actuation[dof], dynamics.reading(c.sensor)[dof], step);
+            }
             logged(raw, (c.sensor, dof), &actuation[dof], dynamics, early, step)
         };
-        Predicted { channels: raw.into_iter().zip(channels).map(of).collect(), links }
+        let channels = raw.into_iter().zip(channels).zip(&record.measured).map(of).collect();
+        Predicted { channels, links }
     }
 }
 
@@ -166,6 +171,21 @@ fn logged<S: Kind>(
     series
 }
 
+// The logged torque that a drive would have to be given besides for all that was logged to pass it as it must: û = u − g (ū − y), ū
+// what the drive makes of (u − o)/g.
+fn passed<S: Kind>(
+    acting: Vec<S>,
+    logged: &[f64],
+    drive: &Actuation<S>,
+    reading: Reading<S>,
+    step: f64,
+) -> Vec<S> {
+    let told = logged.iter().map(|u| (S::constant(*u) - reading.offset) / reading.gain).collect();
+    let through = driven(told, drive, step);
+    let of = |((y, through), u): ((S, S), &f64)| S::constant(*u) - reading.gain * (through - y);
+    acting.into_iter().zip(through).zip(logged).map(of).collect()
+}
+
 /// What of a held logged torque acts in each hold, for a drive with lag and dead time: the inverse of what the channel of a
 /// prediction goes through; `acting`: what the model says that acts, smooth; `early`: by how much a logged torque acts before
 /// the middle of its hold, s. The log comes late by whole samples, so that
@@ -183,6 +203,56 @@ pub(crate) fn delivered(
     let ahead = ahead(led(acting.to_vec(), drive.lag, step), drive.delay - early - whole * step, step);
     let late = |k: usize| logged[k.saturating_sub(whole as usize)];
     ahead.iter().zip(acting).enumerate().map(|(k, (ahead, y))| late(k) - (ahead - y)).collect()
+}
+
+/// The mean over each hold of what a drive with lag and dead time makes of held torques, exactly.
+///
+/// ```text
+/// v_k = (1 − f) u_{k−m} + f u_{k−m−1},   d = (m + f) h
+/// ȳ_k = v_k + (y_k − v_k) (1 − e^(−h/T)) T/h,   y_{k+1} = v_k + (y_k − v_k) e^(−h/T)
+/// ```
+pub(crate) fn driven<S: Scalar>(logged: Vec<S>, drive: &Actuation<S>, step: f64) -> Vec<S> {
+    let whole = (drive.delay.value() / step).floor().max(0.0);
+    let share = drive.delay / step - whole;
+    let late = |k: usize, by: usize| logged[k.saturating_sub(whole as usize + by)];
+    let held = (0..logged.len()).map(|k| late(k, 0) + share * (late(k, 1) - late(k, 0)));
+    if drive.lag == S::ZERO {
+        return held.collect();
+    }
+    // A lag that is to begin, too, has a slope.
+    let lag = drive.lag + LEAST_LAG * step;
+    let decay = (-(lag / step).recip()).exp();
+    let mean = (-decay + 1.0) * lag / step;
+    let mut y = logged.first().copied().unwrap_or(S::ZERO);
+    held.map(|v| {
+        let of_hold = v + (y - v) * mean;
+        y = v + (y - v) * decay;
+        of_hold
+    })
+    .collect()
+}
+
+// Share of a hold.
+const LEAST_LAG: f64 = 1e-9;
+
+/// A series as faded as a lag of this time fades it, and no later: one exponential forwards and one backwards, each of T/√2.
+///
+/// 1/(1 + ω² T²/2)
+pub(crate) fn balanced(x: &[f64], time: f64, step: f64) -> Vec<f64> {
+    let mut x = x.to_vec();
+    if time == 0.0 {
+        return x;
+    }
+    let decay = (-step * std::f64::consts::SQRT_2 / time).exp();
+    for _ in 0..2 {
+        let mut y = x.first().copied().unwrap_or(0.0);
+        for x in &mut x {
+            y = *x + (y - *x) * decay;
+            *x = y;
+        }
+        x.reverse();
+    }
+    x
 }
 
 // x + T ẋ, the slope by what was before: what comes after is a controller's answer to the noise of now. The slope from one
@@ -270,6 +340,34 @@ mod tests {
         let acting = delivered(&at(-1.5e-3), &at(0.0), &Actuation::default(), 1.5e-3, step);
         let off = |x: &[f64]| (10..490).map(|k| (x[k] - at(0.0)[k]).abs()).fold(0.0, f64::max);
         assert!(off(&acting) < 1e-6 && off(&at(-1.5e-3)) > 0.01, "{}", off(&acting));
+    }
+
+    // A step of one that is held from sample 3 on, d = 1.25 h, T = 2 h:  1 − e^(−t/T) from 4.25 h on, its means by hand.
+    #[test]
+    fn a_drive_lets_through_what_its_law_says() {
+        let step = 1e-3;
+        let logged: Vec<f64> = (0..40).map(|k| f64::from(u8::from(k >= 3))).collect();
+        let late = Actuation { delay: 1.25 * step, ..Actuation::default() };
+        assert_eq!(driven(logged.clone(), &late, step)[3..6], [0.0, 0.75, 1.0]);
+        let lag = Actuation { lag: 2.0 * step, ..Actuation::default() };
+        let through = driven(logged, &lag, step);
+        let mean = |k: f64| 1.0 + 2.0 * ((-0.5 * (k + 1.0)).exp() - (-0.5 * k).exp());
+        for k in 3..40 {
+            assert!((through[k] - mean(k as f64 - 3.0)).abs() < 1e-14, "{k}: {}", through[k]);
+        }
+    }
+
+    // A sine of ω T = 0.3 is faded by 4 % and comes when it came.
+    #[test]
+    fn what_is_balanced_comes_no_later() {
+        let (step, time, omega) = (1e-4, 5e-3, 60.0);
+        let x: Vec<f64> = (0..20_000).map(|k| (omega * k as f64 * step).sin()).collect();
+        let faded = balanced(&x, time, step);
+        let gain = 1.0 / (1.0 + (omega * time).powi(2) / 2.0);
+        for k in 5000..15_000 {
+            assert!((faded[k] - gain * x[k]).abs() < 1e-3, "{k}");
+        }
+        assert_eq!(balanced(&x, 0.0, step), x);
     }
 
     // Noise is as large after lag and dead time as before, and as white.

@@ -7,7 +7,7 @@ use crate::colour::Whitener;
 use crate::least_squares::distance;
 use crate::problem::{Candidate, Linearised, objective, refine};
 use crate::refit::Fitted;
-use crate::residual::{LoggedTorques, Start};
+use crate::residual::{LoggedTorques, Passing, Start};
 use crate::search::{Accepted, Saturated, Search, State};
 
 // What each reference of a model is led from.
@@ -98,6 +98,32 @@ impl Search<'_> {
         let Candidate { plant, p, .. } = &after.fitted.model;
         let alike = self.problem.form.misfit(new, &old.torque_noise, plant, p)?;
         Some(fall.max(old.misfit() - alike))
+    }
+
+    /// −2 log likelihood of a state about a motion of its own with the whole of the logged torques passing the drives, smoothed
+    /// over a time before, s; none where there is no reference, and of torques of moments, of which nothing is known in between.
+    pub fn misfit_driven(&self, state: &State, smoothed: f64) -> Option<f64> {
+        let form = self.problem.form;
+        let own = state.reference.as_ref().filter(|reference| reference.torques.early == 0.0)?;
+        let present = form.reference();
+        form.adopt(own);
+        form.begin_anew(LoggedTorques { passing: Passing::Whole { smoothed }, ..own.torques });
+        let Candidate { plant, p, .. } = &state.fitted.model;
+        form.renew(plant, p, Start::Reference);
+        let misfit = form.reference().map(|reference| reference.misfit());
+        present.iter().for_each(|reference| form.adopt(reference));
+        misfit
+    }
+
+    /// A state settled once more in rows of what is left if the whole of the logged torques passes its drives.
+    pub fn settled_driven(&self, state: &State) -> Result<State, IdentifyError> {
+        let (form, mut model) = (self.problem.form, state.fitted.model.again(self.problem)?);
+        if let Some(own) = &state.reference {
+            form.adopt(own);
+            form.begin_anew(LoggedTorques { passing: Passing::Whole { smoothed: 0.0 }, ..own.torques });
+        }
+        let at = self.led(&mut model, &ONCE_MORE, |model| self.descended(model, &state.whitener), false);
+        self.settled(model, at, state.accepted.clone())
     }
 
     /// A model led about references of its own from each of `starts`; where there is none, by `descend`.

@@ -28,11 +28,9 @@ pub(crate) fn candidate_view(candidates: &[CandidateReport]) -> String {
         let name = at_place(&candidate.effect, &candidate.place);
         svg.text("label", Anchor::End, (LEFT - 10.0, y + 4.0), &name);
         svg.rect("bar after", (LEFT, y - 8.0), (x.at(candidate.probability) - LEFT, 16.0));
-        let note = format!(
-            "{}, explains {} %",
-            number(candidate.probability),
-            number(100.0 * candidate.error_explained)
-        );
+        let explains = |share: f64| format!(", explains {} %", number(100.0 * share));
+        let explains = candidate.explains().map(explains).unwrap_or_default();
+        let note = format!("{}{explains}", number(candidate.probability));
         svg.text("tick", Anchor::Start, (x.at(candidate.probability) + 8.0, y + 4.0), &note);
         y += 26.0;
         for rival in candidate.rivals.iter().take(3) {

@@ -128,7 +128,7 @@ fn candidate(c: &CandidateReport) -> Value {
         effect => &c.effect,
         place => &c.place,
         probability => number(c.probability),
-        explains => number(100.0 * c.error_explained),
+        explains => c.explains().map_or("–".to_owned(), |share| format!("{} %", number(100.0 * share))),
         z => number(c.z),
         values => c.values.iter().map(|v| format!("{} {}", v.name, with_std(v.value, v.std, &v.unit))).collect::<Vec<_>>(),
         rivals => c.rivals.iter().map(|r| context! {

@@ -12,6 +12,7 @@ use super::slip::width_of_decay;
 use super::system::Alike;
 use crate::freedom::Links;
 use crate::record::{Record, Reduction, START, Sensors, channel_signal, noise_of};
+use crate::residual::LoggedTorques;
 use crate::scale::Scales;
 
 /// A run on an even grid at its own rate, within the reach of the smoothing kernel.
@@ -172,7 +173,7 @@ impl Even {
     /// torques act so much before these middles.
     ///
     /// θ = ½(θ_k + θ_{k+1}) + h/8 (θ̇_k − θ̇_{k+1}),   θ̇ = (θ_{k+1} − θ_k)/h,   θ̈ = (θ̇_{k+1} − θ̇_k)/h
-    pub fn record(&self, motion: &Motion, early: f64) -> Record {
+    pub fn record(&self, motion: &Motion, torques: LoggedTorques) -> Record {
         let h = self.scales.period;
         let between = |x: &[f64], f: &dyn Fn(f64, f64) -> f64| -> Vec<f64> {
             x.windows(2).map(|pair| f(pair[0], pair[1])).collect()
@@ -196,7 +197,7 @@ impl Even {
             });
         Record {
             name: self.name.clone(),
-            scales: Scales { early, ..self.scales },
+            scales: Scales { early: torques.early, whole: torques.is_whole(), ..self.scales },
             left_out: self.left_out.clone(),
             repeats: Vec::new(),
             theta: theta.collect(),
@@ -235,7 +236,13 @@ impl Even {
     /// grid.
     ///
     /// θ = θ_k,   θ̇ = (θ_{k+1} − θ_{k−1})/2h,   θ̈ = (θ̇_{k+1} − θ̇_{k−1})/2h,   k = 1, 3, …
-    pub fn thinned(&self, motion: &Motion, links: &Links, filters: &Arc<Innovations>, early: f64) -> Record {
+    pub fn thinned(
+        &self,
+        motion: &Motion,
+        links: &Links,
+        filters: &Arc<Innovations>,
+        torques: LoggedTorques,
+    ) -> Record {
         let h = self.scales.period;
         let odd = |x: &Vec<f64>| -> Vec<f64> { x.iter().skip(1).step_by(2).copied().collect() };
         let slope = |v: &Vec<f64>| -> Vec<f64> {
@@ -259,7 +266,7 @@ impl Even {
         let start = self.start.iter().map(|s| Some(s.as_ref()?.iter().skip(1).step_by(2).copied().collect()));
         Record {
             name: self.name.clone(),
-            scales: Scales { stride: 2, early, ..self.scales },
+            scales: Scales { stride: 2, early: torques.early, whole: torques.is_whole(), ..self.scales },
             time: odd(&self.time),
             left_out: self.left_out.clone(),
             repeats: Vec::new(),

@@ -18,7 +18,8 @@ use super::system::System;
 use crate::freedom::{Freedom, Links, Springs};
 use crate::imposed::predict;
 use crate::record::{Record, Reduction};
-use crate::series::delivered;
+use crate::residual::{LoggedTorques, Passing};
+use crate::series::{balanced, delivered, driven};
 
 // Shares of the way that are tried, each half of the one before, and what −2 log likelihood may rise by a sample.
 const TRIES: usize = 3;
@@ -45,6 +46,7 @@ impl Misfits {
 /// A pass of the model along the present motions of all runs.
 pub(super) struct Pass<'a> {
     pub form: &'a Innovation,
+    torques: LoggedTorques,
     pub motions: Vec<Motion>,
     pub records: Vec<Record>,
     // Measured minus predicted of every joint, by run and sample.
@@ -60,23 +62,29 @@ pub(super) struct Pass<'a> {
 }
 
 impl<'a> Pass<'a> {
-    /// Logged torques act so much before the middles of their holds.
-    pub fn new(form: &'a Innovation, motions: Vec<Motion>, early: f64, plant: &Plant, p: &[f64]) -> Self {
+    pub fn new(
+        form: &'a Innovation,
+        motions: Vec<Motion>,
+        torques: LoggedTorques,
+        plant: &Plant,
+        p: &[f64],
+    ) -> Self {
         let parts: Vec<(Record, Along, System, Vec<Vec<Input>>)> = form
             .runs
             .par_iter()
             .zip(&motions)
             .map(|(run, motion)| {
-                let record = run.record(motion, early);
+                let record = run.record(motion, torques);
                 let along = along(plant, p, &record, &form.channels);
                 let system = form.system(run, &along);
-                let inputs =
-                    form.joints.par_iter().map(|joint| inputs(run, motion, early, &along, *joint)).collect();
+                let of_joint = |joint: &JointChannels| inputs(run, motion, torques, &along, *joint);
+                let inputs = form.joints.par_iter().map(of_joint).collect();
                 (record, along, system, inputs)
             })
             .collect();
         let mut pass = Self {
             form,
+            torques,
             motions,
             records: Vec::new(),
             inputs: Vec::new(),
@@ -249,7 +257,7 @@ impl<'a> Pass<'a> {
         (plant, p): (&Plant, &[f64]),
     ) -> (Vec<Record>, Vec<Record>, Vec<f64>) {
         let groups = self.form.groups();
-        let Self { form, motions, records, systems, hold_means, links, late, .. } = self;
+        let Self { form, torques, motions, records, systems, hold_means, links, late, .. } = self;
         let measures = (&motions, hold_means, links, late);
         let runs = 0..records.len();
         let parts: Vec<((Record, Record), Vec<f64>)> = (records, systems, &form.runs, measures, runs)
@@ -265,7 +273,7 @@ impl<'a> Pass<'a> {
                 let filters = Innovations { filters, joints: form.joints.clone(), channels, late };
                 let mut measured = filters.measured(even, motion, &means);
                 let filters = Arc::new(filters);
-                let mut smooth = even.thinned(motion, &links, &filters, record.scales.early);
+                let mut smooth = even.thinned(motion, &links, &filters, torques);
                 if let Some(commanded) = commanded {
                     let predicted = |record: &Record| {
                         let freedom = Freedom::of(plant, p, record, Springs::Simulated);
@@ -296,18 +304,25 @@ impl<'a> Pass<'a> {
 
 // Measured minus predicted of a joint along a run. Of the torque what acts: what a drive delays is not in the motion yet,
 // and a smoother that took it for that would chase its own noise.
-fn inputs(run: &Even, motion: &Motion, early: f64, along: &Along, joint: JointChannels) -> Vec<Input> {
-    let Along { predicted, acting, .. } = along;
+fn inputs(
+    run: &Even,
+    motion: &Motion,
+    torques: LoggedTorques,
+    along: &Along,
+    joint: JointChannels,
+) -> Vec<Input> {
+    let (Along { predicted, acting, .. }, early) = (along, torques.early);
     let told = |c: Option<usize>, late, k| {
         c.map_or(0.0, |c| read_late(predicted[c].len(), k, late, |hold| [predicted[c][hold]])[0])
     };
     let (late, torque) = (along.late[joint.dof], joint.torque);
     let drive = &along.drives[joint.dof];
     let is_held = drive.lag == 0.0 && drive.delay == 0.0 && early == 0.0;
-    let delivered = if is_held {
-        run.torque[torque].clone()
-    } else {
-        delivered(&run.torque[torque], &run.smoothed(&acting[torque]), drive, early, run.scales.step())
+    let (logged, step) = (&run.torque[torque], run.scales.step());
+    let delivered = match torques.passing {
+        _ if is_held => logged.clone(),
+        Passing::Foretold => delivered(logged, &run.smoothed(&acting[torque]), drive, early, step),
+        Passing::Whole { smoothed } => driven(balanced(logged, smoothed, step), drive, step),
     };
     (0..acting[torque].len())
         .map(|k| {
