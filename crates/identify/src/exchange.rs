@@ -11,7 +11,7 @@ use crate::IdentifyError;
 use crate::explore::{
     CHANCE, Rung, Unseen, WORSE, accepted_without, error, evidence_between, is_likelier, rung, without,
 };
-use crate::gates::{Evidence, z_between};
+use crate::gates::z_between;
 use crate::problem::{Candidate, Problem, refine};
 use crate::refit::{Fitted, Refit};
 use crate::search::{Accepted, Search, State, TIE_CHI, TIE_Z};
@@ -136,22 +136,26 @@ fn compared(
     if !distance.is_finite() {
         return Ok(Compared::Worse);
     }
-    if are_late_otherwise(state, &with.model) {
-        let evidence = evidence_between(search, &fitted(reduced), &with, other.trial.parameters);
-        return drives_compared(search, state, k, (other, evidence), with.model);
-    }
+    let are_late = are_late_otherwise(state, &with.model);
     let tied = distance < TIE_CHI || z_between(layout, &with.white, &state.fitted.white) < TIE_Z;
     let equal = if tied { Compared::Tied(distance) } else { Compared::Worse };
     // About a motion of its own, what explains nearly as much may explain more.
-    if !other.is_near && gain < (BETTER_SHARE * replaced.evidence.data).max(BETTER * temper) {
+    let is_near = other.is_near || are_late;
+    if !is_near && gain < (BETTER_SHARE * replaced.evidence.data).max(BETTER * temper) {
         return Ok(equal);
     }
     let evidence = evidence_between(search, &fitted(reduced), &with, other.trial.parameters);
-    if evidence.refused(problem.options, 1).is_some() {
+    if !are_late && evidence.refused(problem.options, 1).is_some() {
         return Ok(equal);
     }
-    let accepted = accepted_with(state, k, (other, evidence), &with.model);
+    let mut accepted = accepted_without(&state.accepted, k);
+    let effect = with.model.specs.len() - 1;
+    let (rivals, others) = (Vec::new(), Vec::new());
+    accepted.push(Accepted { trial: other.trial.clone(), effect, evidence, rivals, others });
     let next = search.settled_anew(with.model, |model| search.descended(model, whitener), accepted)?;
+    if are_late {
+        return drives_compared(search, state, k, &next);
+    }
     let is_likelier = is_likelier(search, state, &next, CHANCE, unseen);
     if is_likelier && error(search, &next, unseen) < WORSE * error(search, state, unseen) {
         return Ok(Compared::Better(Box::new(next), gain));
@@ -195,19 +199,6 @@ fn is_better_driven(search: &Search, before: &State, own: &State) -> bool {
     lags || search.misfit_driven(before, 0.0).is_some_and(|before| before > own.misfit() + CHANCE)
 }
 
-// The accepted effects of a state with another in the place of number `k`, the last of a model.
-fn accepted_with(
-    state: &State,
-    k: usize,
-    (other, evidence): (&Other, Evidence),
-    model: &Candidate,
-) -> Vec<Accepted> {
-    let mut accepted = accepted_without(&state.accepted, k);
-    let (effect, rivals, others) = (model.specs.len() - 1, Vec::new(), Vec::new());
-    accepted.push(Accepted { trial: other.trial.clone(), effect, evidence, rivals, others });
-    accepted
-}
-
 // Two drives that are late in different ways, both settled once more with the whole of the logged torques passing them: what a model
 // does not foretell, a controller's answers to noise, a dead time lets through and a lag does not.
 //
@@ -217,17 +208,14 @@ fn drives_compared(
     search: &Search,
     state: &State,
     k: usize,
-    (other, evidence): (&Other, Evidence),
-    model: Candidate,
+    next: &State,
 ) -> Result<Compared, IdentifyError> {
     let form = search.problem.form;
-    let accepted = accepted_with(state, k, (other, evidence), &model);
-    let next = search.settled_anew(model, |model| search.descended(model, &state.whitener), accepted)?;
-    let (own, mut other) = (search.settled_driven(state)?, search.settled_driven(&next)?);
+    let (own, mut other) = (search.settled_driven(state)?, search.settled_driven(next)?);
     let lag = |of: &State| drives(&of.fitted.model).iter().map(|drive| drive.lag).fold(0.0, f64::max);
     let (lag_of_own, lag_of_other) = (lag(&own), lag(&other));
-    let lowest = |of: &State, own: f64, others: f64| {
-        let smoothed = if others > own { search.misfit_driven(of, others) } else { None };
+    let lowest = |of: &State, lag: f64, of_the_other: f64| {
+        let smoothed = if of_the_other > lag { search.misfit_driven(of, of_the_other) } else { None };
         smoothed.map_or(of.misfit(), |smoothed| smoothed.min(of.misfit()))
     };
     let replaced = &state.accepted[k];

@@ -1,4 +1,4 @@
-//! Positions, speeds and springs beside what the URDF and the sidecar state: another unit, an offset, another joint.
+//! Positions, speeds, springs and currents beside what the URDF and the sidecar state: another unit, an offset, another joint.
 
 use std::f64::consts::TAU;
 
@@ -20,9 +20,8 @@ const OVER: f64 = 0.05;
 const SOFT: f64 = 1.0;
 
 /// What is suspicious about the positions of a run: more than 1 % of them outside of the limits that the URDF states, or
-/// half as fast again as its limit of velocity; of a spring that the logged torques would bend by more than a radian; a motor current
-/// without a torque constant. A motion
-/// much wider than these limits, where degrees would explain it, is an error.
+/// half as fast again as its limit of velocity; of a spring that the logged torques would bend by more than a radian; of a
+/// motor current without a torque constant. A motion much wider than these limits, where degrees would explain it, is an error.
 ///
 /// Joints without limits are not looked at; the help says so where degrees would explain it.
 pub fn range_checks(robot: &Robot, runs: &[Run]) -> Vec<Note> {

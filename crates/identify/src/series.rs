@@ -171,8 +171,9 @@ fn logged<S: Kind>(
     series
 }
 
-// The logged torque that a drive would have to be given besides for all that was logged to pass it as it must: û = u − g (ū − y), ū
-// what the drive makes of (u − o)/g.
+// The logged torque less what of it acts, once the drive has let all of it pass, and is more than the model asks for.
+//
+// û = u − g (ū − y),   ū what the drive makes of (u − o)/g
 fn passed<S: Kind>(
     acting: Vec<S>,
     logged: &[f64],
