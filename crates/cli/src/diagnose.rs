@@ -2,8 +2,8 @@
 
 use clap::Args;
 use sinew_effects::CATALOGUE;
-use sinew_identify::{CandidateReport, Diagnosis, Verdict, diagnose};
-use sinew_report::{number, quantity, verdict_in_words};
+use sinew_identify::{CandidateReport, Diagnosis, ParameterReport, Verdict, diagnose};
+use sinew_report::{number, quantity, verdict_in_words, with_std};
 
 use crate::console::Console;
 use crate::error::CliError;
@@ -25,7 +25,11 @@ impl Diagnose {
         let (robot, runs) = self.inputs.read(console)?;
         console.say("searching the catalogue …");
         let diagnosis = diagnose(&robot.robot, &CATALOGUE, &runs, &self.inputs.options())?;
-        console.answer(&diagnosis, || text(&diagnosis, self.explain))
+        console.answer(&diagnosis, || {
+            let mut out = text(&diagnosis, self.explain);
+            section(&mut out, "fitted", &values(&diagnosis.candidates));
+            out
+        })
     }
 }
 
@@ -90,6 +94,22 @@ fn candidate(c: &CandidateReport) -> Vec<String> {
     let place = if c.place.is_empty() { "(robot)" } else { &c.place };
     let explains = c.explains().map_or("–".to_owned(), percent);
     vec![place.to_owned(), c.effect.clone(), number(c.probability), explains, rival]
+}
+
+// What was fitted of each candidate; `fit` and `discover` tell it with all other parameters.
+fn values(candidates: &[CandidateReport]) -> Vec<String> {
+    let each = |c: &CandidateReport| {
+        let value = |p: &ParameterReport| {
+            format!(
+                "{} = {}",
+                p.name.rsplit('.').next().unwrap_or(&p.name),
+                with_std(p.value, p.std, &p.unit)
+            )
+        };
+        let values: Vec<String> = c.values.iter().map(value).collect();
+        (!values.is_empty()).then(|| format!("{}: {}", at_place(&c.effect, &c.place), values.join(", ")))
+    };
+    candidates.iter().filter_map(each).collect()
 }
 
 // One line for each rival that an experiment would separate.

@@ -20,7 +20,7 @@ use crate::remainder::left_of_channels;
 use crate::report::{Finding, Refusal, Verdict};
 use crate::search::{Accepted as Entry, Search, State};
 use crate::surrogate::{self, FalseAcceptance, sentence};
-use crate::trial::Trial;
+use crate::trial::{How, Trial};
 use crate::verdict::{channels, word};
 use crate::{IdentifyError, Options};
 
@@ -72,6 +72,8 @@ pub struct CandidateReport {
     pub probability: f64,
     /// Share of the squared error of its most affected channel.
     pub error_explained: f64,
+    /// True if the robot states it and what is stated cannot be right; else it is new.
+    pub is_stated: bool,
     /// ρ: root of the largest fall of a channel's mean square, in units of its filtered noise.
     pub contribution: f64,
     /// Its parameters.
@@ -312,6 +314,7 @@ fn candidate(
         place: entry.trial.place.to_string(),
         probability,
         error_explained: entry.evidence.explained,
+        is_stated: matches!(entry.trial.how, How::Release { .. }) && own.iter().any(|p| p.start != 0.0),
         contribution: grounds.contribution,
         values: own,
         z: grounds.z,
@@ -383,6 +386,7 @@ fn partial(explored: &Explored) -> Vec<CandidateReport> {
         place: trial.place.to_string(),
         probability: 0.05,
         error_explained: evidence.explained,
+        is_stated: matches!(trial.how, How::Release { .. }),
         contribution: evidence.material.max(0.0).sqrt(),
         values: Vec::new(),
         z: evidence.z,

@@ -347,6 +347,7 @@ impl Episode {
             place: place.clone(),
             probability,
             error_explained: self.share,
+            is_stated: false,
             contribution: self.size.sqrt(),
             values: [value("from", from, "s"), value("to", to, "s")].into_iter().chain(torque).collect(),
             z: self.z,

@@ -38,6 +38,30 @@ pub struct StepReport {
     pub check_signals: Vec<SignalError>,
 }
 
+impl StepReport {
+    // The signal that is worst beside what it is on the fitted runs, where it is far worse.
+    fn unseen_finding(&self) -> Option<Finding> {
+        let floors = |s: &SignalError| s.rms_error / s.noise_floor;
+        let (unseen, seen, worst) = (self.signals.iter().zip(&self.check_signals))
+            .map(|(seen, unseen)| (floors(unseen), floors(seen), unseen))
+            .filter(|(unseen, seen, _)| *unseen > FAR_WORSE * seen.max(1.0))
+            .max_by(|a, b| (a.0 / a.1).total_cmp(&(b.0 / b.1)))?;
+        let (signal, joint) = (&worst.signal, &worst.joint);
+        let statement = format!(
+            "on the unseen runs the {} of {joint} is off by {unseen:.1} noise floors, on the fitted ones by {seen:.1}: they \
+             show what these do not, so fit on them, too",
+            signal.replace('_', " ")
+        );
+        let (joint, signal, regime) = (joint.clone(), signal.clone(), UNSEEN.to_owned());
+        Some(Finding { joint, signal, regime, statement, share: 1.0 })
+    }
+}
+
+/// The regime of a finding about runs that nothing was fitted to.
+pub const UNSEEN: &str = "unseen runs";
+// Times the error of the fitted runs, or the floor, at which an error on the unseen ones is told.
+const FAR_WORSE: f64 = 3.0;
+
 /// A fitted parameter.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ParameterReport {
@@ -185,6 +209,7 @@ fn work(
         let (mut diagnosis, is_answered) = report(search, &explored, begun, given.findings, scope)?;
         let is_named = !diagnosis.accepted.is_empty();
         let left = diagnosis.left(search, &explored, sudden.filter(|e| e.is_alone || !is_answered));
+        diagnosis.findings.splice(0..0, steps.last().and_then(StepReport::unseen_finding));
         let result = finished(search, explored, diagnosis, steps, runs, check);
         Ok(Worked { result, is_named, is_answered, left })
     })
@@ -213,18 +238,39 @@ fn finished(
     let moved = |effect: usize| {
         model.unknowns.iter().any(|u| u.id.effect == effect && u.pull(model.p[u.position]) > 0.0)
     };
+    if diagnosis.verdict == Verdict::Unexplained {
+        warnings.push(
+            "what is not explained bends the fitted parameters: they describe these runs, not the robot"
+                .to_owned(),
+        );
+    }
     let specs = model.present_specs(stds.as_deref()).into_iter().enumerate();
     let specs = specs.filter(|(k, _)| told(*k) || moved(*k)).map(|(_, spec)| spec).collect();
     let effects = model.plant.effects().iter().enumerate();
     Fit {
         steps,
         effects: effects.filter(|(k, _)| told(*k)).map(|(_, e)| e.label()).collect(),
-        parameters: reports.into_iter().filter(|(effect, _)| told(*effect)).map(|(_, r)| r).collect(),
+        parameters: told_apart(model, reports.into_iter().filter(|(effect, _)| told(*effect)).collect()),
         verdict: diagnosis.verdict,
         diagnosis,
         warnings,
         specs,
     }
+}
+
+// Parameters of two effects at one place that bear the same name get that of their effect, too.
+fn told_apart(model: &Candidate, reports: Vec<Reported>) -> Vec<ParameterReport> {
+    let names: Vec<String> = reports.iter().map(|(_, r)| r.name.clone()).collect();
+    let own = |(effect, mut report): Reported| {
+        let spec = &model.specs[effect];
+        if names.iter().filter(|name| **name == report.name).count() > 1
+            && let Some(key) = report.name.strip_prefix(&format!("{}.", spec.place))
+        {
+            report.name = format!("{}.{}.{key}", spec.place, spec.kind);
+        }
+        report
+    };
+    reports.into_iter().map(own).collect()
 }
 
 // Adds one effect whatever the gates say: the best of its start values, refitted.
@@ -394,6 +440,33 @@ const MOST_PULLS: usize = 5;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_error_of_unseen_runs_is_told_where_the_fitted_ones_know_nothing_of_it() {
+        let signal = |signal: &str, rms_error| SignalError {
+            signal: signal.to_owned(),
+            joint: "elbow".to_owned(),
+            unit: "rad".to_owned(),
+            rms_error,
+            rms_measured: 1.0,
+            noise_floor: 1e-3,
+            fit_percent: 99.0,
+            white: false,
+        };
+        let step = |unseen: f64| StepReport {
+            added: Vec::new(),
+            rms_error: 1.0,
+            check_rms_error: Some(1.0),
+            noise_floor: 1.0,
+            signals: vec![signal("motor_torque", 2e-3), signal("joint_position", 0.9e-3)],
+            check_signals: vec![signal("motor_torque", 5e-3), signal("joint_position", unseen)],
+        };
+        assert_eq!(step(2.9e-3).unseen_finding(), None);
+        let finding = step(46e-3).unseen_finding().unwrap();
+        assert_eq!((finding.signal.as_str(), finding.regime.as_str()), ("joint_position", UNSEEN));
+        let begins = "on the unseen runs the joint position of elbow is off by 46.0 noise floors, on the fitted ones by 0.9";
+        assert!(finding.statement.starts_with(begins), "{}", finding.statement);
+    }
 
     #[test]
     fn units_of_a_sliding_joint_have_no_radians() {

@@ -63,7 +63,7 @@ pub use comparison::{Comparison, RunError, SignalError, Trace, compare};
 pub use diagnosis::{Accepted, CandidateReport, ChannelReport, Diagnosis, RivalReport, diagnose};
 pub use episode::NAME as EPISODE;
 pub use error::IdentifyError;
-pub use fitting::{Fit, ParameterReport, StepReport, discover, fit};
+pub use fitting::{Fit, ParameterReport, StepReport, UNSEEN, discover, fit};
 pub use limits::DetectionLimit;
 pub use options::{Options, Residual};
 pub use probability::{FEATURES, Grounds};

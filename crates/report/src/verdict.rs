@@ -1,9 +1,20 @@
 //! The verdict in words.
 
-use sinew_identify::{Accepted, CandidateReport, Diagnosis, Verdict};
+use sinew_identify::{Accepted, CandidateReport, Diagnosis, ParameterReport, UNSEEN, Verdict};
 
-/// The verdict of a diagnosis in one or two sentences.
+use crate::quantity;
+
+/// The verdict of a diagnosis in one to three sentences.
 pub fn verdict_in_words(diagnosis: &Diagnosis) -> String {
+    let judged = judged(diagnosis);
+    match diagnosis.findings.iter().find(|f| f.regime == UNSEEN) {
+        Some(finding) => format!("{judged} But {}.", finding.statement),
+        None => judged,
+    }
+}
+
+// What the fitted runs say.
+fn judged(diagnosis: &Diagnosis) -> String {
     let named = named(diagnosis);
     let said = |one: &'static str, several: &'static str| {
         if diagnosis.accepted.len() > 1 { several } else { one }
@@ -15,7 +26,7 @@ pub fn verdict_in_words(diagnosis: &Diagnosis) -> String {
                 .to_owned()
         }
         Verdict::Missing => {
-            format!("Missing: {named}. With {} nothing predictable is left.", said("it", "them"))
+            format!("{} With {} nothing predictable is left.", missing(diagnosis), said("it", "them"))
         }
         Verdict::PartlyExplained if diagnosis.accepted.is_empty() => {
             "Explained in part: what the catalogue offers leaves something predictable behind.".to_owned()
@@ -47,14 +58,48 @@ pub fn effect_in_words(effect: &str, place: &str) -> String {
     if place.is_empty() || place == "robot" { name } else { format!("{name} at {place}") }
 }
 
-// What was accepted, the sure names first; those that are more likely wrong than right are said to be so.
-fn named(diagnosis: &Diagnosis) -> String {
-    let probability = |a: &Accepted| {
-        let is_it = |c: &&CandidateReport| c.effect == a.effect && c.place == a.place;
-        diagnosis.candidates.iter().find(is_it).map_or(1.0, |c| c.probability)
+// What the model lacks, and what it states wrongly: each in a sentence.
+fn missing(diagnosis: &Diagnosis) -> String {
+    let is_stated = |a: &&Accepted| candidate(diagnosis, a).is_some_and(|c| c.is_stated);
+    let (stated, new): (Vec<&Accepted>, Vec<&Accepted>) = diagnosis.accepted.iter().partition(is_stated);
+    let sentence = |what: &str, list: Vec<&Accepted>| {
+        let named = named_of(diagnosis, list.iter().copied(), |a| in_words(diagnosis, a));
+        (!list.is_empty()).then(|| format!("{what}: {named}."))
     };
+    let sentences = [sentence("Missing", new), sentence("Not as stated", stated)];
+    sentences.into_iter().flatten().collect::<Vec<_>>().join(" ")
+}
+
+// With what it is and what it is stated to be, if it is stated.
+fn in_words(diagnosis: &Diagnosis, a: &Accepted) -> String {
+    let words = effect_in_words(&a.effect, &a.place);
+    let Some(candidate) = candidate(diagnosis, a).filter(|c| c.is_stated) else { return words };
+    let pull = |p: &ParameterReport| (p.value - p.start).abs() / p.std.max(f64::MIN_POSITIVE);
+    let farthest = candidate.values.iter().max_by(|a, b| pull(a).total_cmp(&pull(b)));
+    let change = farthest.map(|p| {
+        let key = p.name.rsplit('.').next().unwrap_or(&p.name).replace('_', " ");
+        format!(" ({key} {}, stated {})", quantity(p.value, &p.unit), quantity(p.start, &p.unit))
+    });
+    words + &change.unwrap_or_default()
+}
+
+fn candidate<'a>(diagnosis: &'a Diagnosis, a: &Accepted) -> Option<&'a CandidateReport> {
+    diagnosis.candidates.iter().find(|c| c.effect == a.effect && c.place == a.place)
+}
+
+fn named(diagnosis: &Diagnosis) -> String {
+    named_of(diagnosis, &diagnosis.accepted, |a| effect_in_words(&a.effect, &a.place))
+}
+
+// The sure names first; those that are more likely wrong than right are said to be so.
+fn named_of<'a>(
+    diagnosis: &Diagnosis,
+    list: impl IntoIterator<Item = &'a Accepted>,
+    word: impl Fn(&Accepted) -> String,
+) -> String {
+    let probability = |a: &Accepted| candidate(diagnosis, a).map_or(1.0, |c| c.probability);
     let words = |list: Vec<&Accepted>| {
-        let words: Vec<_> = list.into_iter().map(|a| effect_in_words(&a.effect, &a.place)).collect();
+        let words: Vec<_> = list.into_iter().map(&word).collect();
         match words.as_slice() {
             [] => "an effect of the catalogue".to_owned(),
             [one] => one.clone(),
@@ -62,7 +107,7 @@ fn named(diagnosis: &Diagnosis) -> String {
         }
     };
     let (sure, unsure): (Vec<&Accepted>, Vec<&Accepted>) =
-        diagnosis.accepted.iter().partition(|a| probability(a) >= 0.5);
+        list.into_iter().partition(|a| probability(a) >= 0.5);
     match (sure.is_empty(), unsure.is_empty()) {
         (_, true) => words(sure),
         (true, false) => words(unsure),

@@ -2,7 +2,7 @@
 
 use sinew_identify::*;
 use sinew_model::{Robot, samples};
-use sinew_report::{ReportInput, page};
+use sinew_report::{ReportInput, page, verdict_in_words};
 
 const FLOOR: f64 = 0.05;
 
@@ -55,6 +55,7 @@ fn diagnosis() -> Diagnosis {
         place: place.clone(),
         probability: 0.97,
         error_explained: 0.71,
+        is_stated: false,
         contribution: 12.0,
         values: vec![],
         grounds: None,
@@ -173,4 +174,22 @@ fn verdict_rivals_and_refusals_are_told() {
     ] {
         assert!(page.contains(text), "the page does not say {text:?}");
     }
+}
+
+#[test]
+fn what_is_stated_wrongly_is_not_called_missing() {
+    let mut diagnosis = diagnosis();
+    diagnosis.candidates[0].is_stated = true;
+    diagnosis.candidates[0].values = vec![ParameterReport { start: 3.0, ..fit().parameters.remove(0) }];
+    let words = verdict_in_words(&diagnosis);
+    let said = "Not as stated: Coulomb friction at joint_2 (coulomb 1.5 N·m, stated 3 N·m). With it nothing predictable is left.";
+    assert_eq!(words, said);
+}
+
+#[test]
+fn unseen_runs_that_show_more_have_the_last_word() {
+    let mut diagnosis = diagnosis();
+    let (statement, regime) = ("on the unseen runs it is far off".to_owned(), UNSEEN.to_owned());
+    diagnosis.findings.push(Finding { statement, regime, ..diagnosis.findings[0].clone() });
+    assert!(verdict_in_words(&diagnosis).ends_with(" But on the unseen runs it is far off."));
 }

@@ -26,14 +26,16 @@ pub enum SimulateError {
     },
     /// The motion left the world of finite numbers.
     #[error(
-        "t = {time} s: joint \"{joint}\" runs away (got {got})\n  help: check the torques, or hold the robot with a controller"
+        "t = {time} s: joint \"{joint}\" runs away ({what} {got:.3e})\n  help: check the torques, or hold the robot with a controller whose bandwidth is well below the joint's resonance and the sample rate"
     )]
     RunsAway {
         /// When, s.
         time: f64,
         /// The joint.
         joint: String,
-        /// Its position.
+        /// Which of its quantities.
+        what: &'static str,
+        /// What that has become, in SI.
         got: f64,
     },
     /// Something asked for that cannot be.

@@ -157,8 +157,9 @@ struct Bench<'a> {
     work: Work,
 }
 
-// Positions beyond this are no robot's.
+// Positions and velocities beyond these are no robot's.
 const FAR: f64 = 1e6;
+const FAST: f64 = 1e5;
 
 impl<'a> Bench<'a> {
     fn new(equations: Equations<'a>, options: &'a Options) -> Self {
@@ -228,9 +229,16 @@ impl<'a> Bench<'a> {
     fn record(&mut self, t: f64) -> Result<(), SimulateError> {
         self.read_channels(t);
         let state = &self.equations.state;
-        if let Some(dof) = state.q.iter().position(|q| q.is_nan() || q.abs() > FAR) {
-            let joint = self.equations.dynamics.plant().model().dof_name(dof).to_owned();
-            return Err(SimulateError::RunsAway { time: t, joint, got: state.q[dof] });
+        let limits = [
+            ("position", &state.q, FAR),
+            ("velocity", &state.qd, FAST),
+            ("motor's velocity", &state.thetad, FAST),
+        ];
+        for (what, values, most) in limits {
+            if let Some(dof) = values.iter().position(|x| x.is_nan() || x.abs() > most) {
+                let joint = self.equations.dynamics.plant().model().dof_name(dof).to_owned();
+                return Err(SimulateError::RunsAway { time: t, joint, what, got: values[dof] });
+            }
         }
         self.energy.push(self.equations.dynamics.energy(state));
         self.supplied.push(self.equations.work(&self.x));

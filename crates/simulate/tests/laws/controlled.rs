@@ -4,7 +4,8 @@ use crate::robots::{arm, plant, rms};
 use sinew_data::Quantity;
 use sinew_model::Robot;
 use sinew_simulate::{
-    Controller, Excitation, Limits, Motion, Noise, Options, Simulated, Torques, Trajectory, simulate,
+    Controller, Excitation, Limits, Motion, Noise, Options, SimulateError, Simulated, Torques, Trajectory,
+    simulate,
 };
 
 const SECONDS: f64 = 4.0;
@@ -16,12 +17,26 @@ fn reference() -> Trajectory {
 }
 
 fn run(robot: &Robot, change: impl FnOnce(&mut Options)) -> Simulated {
+    held(robot, 30.0, change).unwrap()
+}
+
+fn held(
+    robot: &Robot,
+    bandwidth: f64,
+    change: impl FnOnce(&mut Options),
+) -> Result<Simulated, SimulateError> {
     let (plant, nominal) = (plant(robot), plant(&Robot::rigid(robot.model.clone())));
-    let mut drive = Controller::new(&nominal, &nominal.parameters(), reference(), 30.0);
+    let mut drive = Controller::new(&nominal, &nominal.parameters(), reference(), bandwidth);
     let mut options = Options::new(&plant, SECONDS, 1e-3);
     options.start = sinew_simulate::Start::at(&[0.1, 0.1]);
     change(&mut options);
-    simulate(&plant, &plant.parameters(), &mut drive, &options).unwrap()
+    simulate(&plant, &plant.parameters(), &mut drive, &options)
+}
+
+#[test]
+fn a_controller_faster_than_the_joint_ends_with_an_error() {
+    let text = held(&arm(), 3000.0, |_| {}).unwrap_err().to_string();
+    assert!(text.contains("runs away") && text.contains("bandwidth"), "{text}");
 }
 
 #[test]
