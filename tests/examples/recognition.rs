@@ -3,7 +3,8 @@
 //!
 //! ```text
 //! cargo run --release -p sinew-tests --example recognition -- effects|pairs|families|foreign|nothing|drawn|described [KEY=VALUE…]
-//!     seeds=FIRST..END   arms=1,2,6   sensors=full,motor,current,link,all   encoders=fine,coarse   sizes=1,0.3   only=EFFECT
+//!     seeds=FIRST..END   arms=1,2,6   sensors=full,motor,current,link,all   encoders=fine,coarse,fine/10   sizes=1,0.3   only=EFFECT
+//!     (fine/10: every tenth row of the log)
 //!     urdfs=FILE,FILE      (described) arms of these files, a file for each seed in turn, with drives and conditions by chance
 //!     into=docs/recognition.md   as=NAME      the tables go between <!-- NAME --> and <!-- /NAME --> of that page
 //! ```

@@ -43,7 +43,7 @@ pub use quantity::{Quantity, SignalName};
 pub use read_run::{read_recording, read_run};
 pub use rebuild_clock::rebuild_clock;
 pub use repeats::{Repeat, find_repeats};
-pub use resample::{Uniform, resample};
+pub use resample::{Uniform, resample, resample_through};
 pub use run::{Run, Signal};
 pub use run_spec::RunSpec;
 pub use sensor_facts::{SensorFact, SensorFacts};

@@ -81,7 +81,15 @@ pub(crate) fn analysed<T>(
             return worked(robot, catalogue, runs, options, aim, Vec::new(), &work);
         }
         let mut rest = runs.to_vec();
-        episodes.iter().for_each(|e| rest[e.record].left_out.push(e.window));
+        for episode in episodes {
+            if episode.begins {
+                // Springs forget as slowly in every run.
+                let lasts = episode.window[1] - runs[episode.record].time[0];
+                rest.iter_mut().for_each(|run| run.left_out.push([run.time[0], run.time[0] + lasts]));
+            } else {
+                rest[episode.record].left_out.push(episode.window);
+            }
+        }
         worked(robot, catalogue, &rest, options, aim, episodes.to_vec(), &work)
     };
     Ok(answered(without(&[])?, &[], &without)?.0)
@@ -93,9 +101,12 @@ fn answered<T>(
     acted: &[Episode],
     without: &impl Fn(&[Episode]) -> Result<Worked<T>, IdentifyError>,
 ) -> Result<(T, bool), IdentifyError> {
-    let LeftOver { episodes: next, is_rest_noise } = whole.left;
+    let LeftOver { episodes: mut next, is_rest_noise } = whole.left;
     let was_answered = whole.is_answered;
-    if next.is_empty() || acted.len() >= MOST {
+    // Beginnings are left out once, and are no episodes.
+    let has_begun = acted.iter().any(|e| e.begins);
+    next.retain(|e| !(has_begun && e.begins));
+    if next.is_empty() || acted.iter().filter(|e| !e.begins).count() >= MOST {
         return Ok((whole.result, was_answered));
     }
     let acted = [acted, &next].concat();
@@ -207,6 +218,9 @@ fn drowned(prepared: &Prepared, noise: &[f64]) -> Vec<bool> {
 fn unsuited(robot: &Robot, prepared: &Prepared) -> Option<&'static str> {
     if 1.0 / prepared.scales.period < 0.99 * FAST {
         return Some("the log is too slow for torque noise to show in it sample by sample");
+    }
+    if prepared.scales.parts > 1 {
+        return Some("springs swing between the samples, where no torque is known");
     }
     Innovation::impossible(robot, &prepared.sensors)
 }

@@ -246,10 +246,10 @@ fn repeat_scatter(layout: &Layout, records: &[Record], c: usize, residual: &[f64
 // Pairs of rows from which a scatter is taken.
 const FEWEST_PAIRS: usize = 40;
 
-// Autocovariance, at row lags, of unit white noise at the sample rate through h and φ.
+// Autocovariance, at row lags, of unit white noise in parts of a sample period through h and φ.
 fn white_covariance(record: &Record) -> Vec<f64> {
     let s = &record.scales;
-    let h = Smoother::new(s.smooth, s.period);
+    let h = Smoother::new(s.smooth, s.part());
     let phi = record.kernel();
     let mut g = vec![0.0; h.weights().len() + (phi.weights().len() - 1) * s.stride];
     for (i, f) in phi.weights().iter().enumerate() {

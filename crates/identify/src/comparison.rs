@@ -195,7 +195,7 @@ impl Prepared {
     pub fn new(robot: &Robot, runs: &[Run], options: &Options) -> Result<Self, IdentifyError> {
         refuse_bending(robot)?;
         let sensors = Sensors::of(robot, runs)?;
-        let scales = Scales::of(runs, options);
+        let scales = Scales::of(robot, runs, options);
         let mut prepared = Self::with(robot, runs, sensors, scales)?;
         prepared.hold_enough(robot)?;
         prepared.repeats = find_repeats(runs);

@@ -187,7 +187,7 @@ pub(crate) fn report(
         .map(|e| Accepted { effect: e.trial.card.name.to_owned(), place: e.trial.place.to_string() })
         .collect();
     let refusals = search.refusals.clone();
-    let is_adequate = verdict == Verdict::Adequate && begun.episodes.is_empty();
+    let is_adequate = verdict == Verdict::Adequate && begun.episodes.iter().all(|e| e.begins);
     let limits = if is_adequate { limits(search, explored) } else { Vec::new() };
     let mut diagnosis = Diagnosis {
         limits,
@@ -225,17 +225,20 @@ impl Diagnosis {
         LeftOver { is_rest_noise: is_rest_noise && told.is_empty(), episodes: alone }
     }
 
-    // Episodes are told before all else and named after the laws. True if all is explained.
+    // Episodes are told before all else and named after the laws, but for the beginnings of runs, whose springs may swing from
+    // what was before. True if all is explained.
     fn add(&mut self, episodes: &[Episode], search: &Search, state: &State) -> bool {
         let is_rest_explained = matches!(self.verdict, Verdict::Adequate | Verdict::Missing);
-        for (k, episode) in episodes.iter().enumerate() {
+        let (beginnings, acted): (Vec<&Episode>, Vec<&Episode>) = episodes.iter().partition(|e| e.begins);
+        self.findings.splice(0..0, beginnings.iter().map(|e| e.finding(search)));
+        for (k, episode) in acted.iter().enumerate() {
             let candidate = episode.candidate(search, state, is_rest_explained);
             let (effect, place) = (candidate.effect.clone(), candidate.place.clone());
             self.candidates.insert(self.accepted.len(), candidate);
             self.accepted.push(Accepted { effect, place });
             self.findings.insert(k, episode.finding(search));
         }
-        if is_rest_explained && !episodes.is_empty() {
+        if is_rest_explained && !acted.is_empty() {
             self.verdict = Verdict::Missing;
         }
         is_rest_explained

@@ -36,6 +36,8 @@ pub(crate) struct Episode {
     pub is_alone: bool,
     /// Another degree of freedom that turned round just before.
     pub turned: Option<usize>,
+    /// It begins with the run.
+    pub begins: bool,
 }
 
 /// The name of what acts once: a candidate of a diagnosis, no law of the catalogue.
@@ -155,6 +157,8 @@ struct Window {
     mean: f64,
     // Stamps of the rows that are no smaller than half of the mean.
     core: Vec<f64>,
+    // No row of the run counts before it.
+    begins: bool,
 }
 
 impl Window {
@@ -171,7 +175,8 @@ impl Window {
         let mean = square / count.max(1.0);
         let is_core = |k: &usize| own.counts[*k] > 0.0 && own.squares[*k] >= 0.5 * mean * own.counts[*k];
         let core = (first..end).filter(is_core).map(|k| own.time[k]).collect();
-        Some(Self { course, record: own.record, first, end, time, mean, core })
+        let begins = own.sums(0, first).1 == 0.0;
+        Some(Self { course, record: own.record, first, end, time, mean, core, begins })
     }
 
     fn forget(&self, courses: &mut [Course]) {
@@ -201,6 +206,7 @@ impl Window {
             core: self.core.clone(),
             is_alone: false,
             turned: None,
+            begins: self.begins,
         }
     }
 }
@@ -305,7 +311,11 @@ impl Episode {
         let (joint, signal) = self.place(search);
         let run = &search.records[self.record].name;
         let [from, to] = self.window;
-        let statement = if self.is_alone {
+        let statement = if self.begins {
+            format!(
+                "{run}: until {to:.2} s more is left at {joint} than later: its spring may still swing from before the log began, so the beginnings of all runs are left out of every fit as long"
+            )
+        } else if self.is_alone {
             format!(
                 "{run}: between {from:.2} and {to:.2} s something acted at {joint} that does not come back with the same motion: this time is left out of every fit"
             )
@@ -383,9 +393,11 @@ impl Episode {
             rows.iter().filter(|row| all.iter().all(|e| !is_in(row, e))).collect(),
         );
         let usual = own.iter().filter(|a| others.iter().any(|b| is_near(a, b))).count();
-        let turned = self.just_turned(search);
-        let is_alone = turned.is_none() && !own.is_empty() && usual as f64 >= USUAL * own.len() as f64;
-        Self { is_alone, turned, ..self.clone() }
+        let begins = self.begins && search.problem.robot.joints.iter().any(|joint| joint.stiffness.is_some());
+        let turned = self.just_turned(search).filter(|_| !begins);
+        let is_usual = usual as f64 >= USUAL * own.len() as f64;
+        let is_alone = begins || (turned.is_none() && !own.is_empty() && is_usual);
+        Self { is_alone, turned, begins, ..self.clone() }
     }
 
     // Another joint that turned round just before and can have shaken its joint for all of its time.
@@ -511,7 +523,15 @@ mod tests {
         assert_eq!((episode.record, episode.channel), (0, 0));
         let [from, to] = episode.window;
         assert!((from + MEMORY - 6.0).abs() < 0.1 && (to - MEMORY - 6.98).abs() < 0.1, "{episode:?}");
-        assert!(episode.share > 0.7 && episode.z > 100.0);
+        assert!(episode.share > 0.7 && episode.z > 100.0 && !episode.begins);
+    }
+
+    #[test]
+    fn what_a_run_begins_with_is_told_from_what_acts_later() {
+        let mut white = noise();
+        white[..40].iter_mut().for_each(|w| *w += 8.0);
+        let [episode] = &found(&white)[..] else { panic!("not one episode") };
+        assert!(episode.begins && (episode.window[1] - MEMORY - 0.78).abs() < 0.1, "{episode:?}");
     }
 
     #[test]

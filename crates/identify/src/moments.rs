@@ -8,10 +8,11 @@ use crate::residual::{Layout, LoggedTorques, Start};
 use crate::search::Search;
 use crate::settle::{FALLS, RENEWALS};
 
-// Shares of a row by which a torque of a moment acts before the middle of its hold: of commands of which every second or
-// every fourth is logged, and of a torque that nothing holds. How far off one is that the rows tell, and by how many
-// standard deviations they tell it.
-const MOMENTS: [f64; 3] = [0.25, 0.375, 0.5];
+// Shares of a row by which a torque of a moment acts before the middle of its hold, (1 − 1/n)/2: of commands of which every
+// second, fourth or eighth is logged, and of a torque that nothing holds; of every third, fifth, tenth or twentieth, which are
+// rarer. How far off one is that the rows tell, and by how many standard deviations they tell it.
+const MOMENTS: [f64; 4] = [0.25, 0.375, 0.4375, 0.5];
+const RARE_MOMENTS: [f64; 4] = [1.0 / 3.0, 0.4, 0.45, 0.475];
 const OFF: f64 = 0.0625;
 const STRAY: f64 = 3.0;
 const TOLD: f64 = 5.0;
@@ -88,7 +89,12 @@ impl Earliness {
     // The moment that it tells of, if any: a lag that the model lacks, or too much inertia, tells of other times.
     fn moment(self) -> Option<f64> {
         let off = |moment: f64| (self.share - moment).abs();
-        let nearest = MOMENTS.into_iter().min_by(|a, b| off(*a).total_cmp(&off(*b)))?;
+        let nearest_of = |mut moments: Vec<f64>| {
+            moments.sort_by(|a, b| off(*a).total_cmp(&off(*b)));
+            moments[0]
+        };
+        let common = nearest_of(MOMENTS.to_vec());
+        let nearest = if self.is_of(common) { common } else { nearest_of([MOMENTS, RARE_MOMENTS].concat()) };
         let is_told = self.share > TOLD * self.std && off(nearest) < OFF + STRAY * self.std;
         is_told.then_some(nearest)
     }
@@ -146,6 +152,8 @@ mod tests {
         let moment = |share, std| Earliness { share, std }.moment();
         assert_eq!(moment(0.35, 0.03), Some(0.375));
         assert_eq!(moment(0.247, 0.001), Some(0.25));
+        assert_eq!(moment(0.436, 0.001), Some(0.4375));
+        assert_eq!(moment(0.451, 0.001), Some(0.45));
         // Not sure, late, and a time of something else.
         assert_eq!(moment(0.35, 0.08), None);
         assert_eq!(moment(-0.4, 0.01), None);

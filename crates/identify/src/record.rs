@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use sinew_data::{Kernel, Quantity, Run, Signal, Smoother, Uniform, instrument_noise, resample};
+use sinew_data::{
+    Kernel, Quantity, Run, Signal, Smoother, Uniform, instrument_noise, resample, resample_through,
+};
 use sinew_effect::{DIRECTIONS, Derivative, Sensor};
 use sinew_model::{Model, Robot};
 
@@ -86,7 +88,8 @@ pub(crate) struct Record {
     pub thetad_wide: Vec<Vec<f64>>,
     /// Measured channels, smoothed like the motion.
     pub measured: Vec<Vec<f64>>,
-    /// Standard deviation of the white noise of each channel, raw.
+    /// Standard deviation of the white noise of each channel, raw, in parts of a sample period: that of a sample by the root of
+    /// its share of one.
     pub noise: Vec<f64>,
     /// The same of the imposed positions.
     pub position_noise: Vec<f64>,
@@ -200,7 +203,7 @@ impl Record {
     /// If the run is too short for the kernels.
     pub fn new(robot: &Robot, run: &Run, sensors: &Sensors, scales: Scales) -> Result<Self, IdentifyError> {
         let model = &robot.model;
-        let grid = Uniform::within(&run.time, scales.period);
+        let grid = Uniform::within(&run.time, scales.part());
         let needed = 2 * scales.wide + 4 * scales.stride * (scales.kernel + scales.every);
         if grid.len < needed {
             let (samples, seconds) = (grid.len, run.duration());
@@ -236,7 +239,7 @@ impl Record {
             record.impose(quantity.and_then(|q| run.signal(q, model.dof_name(dof))), run, &thin);
             let temperature = run
                 .signal(Quantity::Temperature, model.dof_name(dof))
-                .map(|signal| thin.smoothed(&thin.smooth.value(&resample(&run.time, &signal.values, &grid))));
+                .map(|signal| thin.smoothed(&thin.smooth.value(&thin.even(&run.time, &signal.values))));
             record.temperature.push(temperature);
         }
         for channel in &sensors.channels {
@@ -256,7 +259,7 @@ impl Record {
             self.position_noise.push(0.0);
             return;
         };
-        let x = resample(&run.time, &signal.values, thin.grid);
+        let x = thin.even(&run.time, &signal.values);
         let smooth = &thin.smooth;
         let motion = [smooth.value(&x), smooth.rate(&x), smooth.second_rate(&x)];
         for (m, series) in self.middle.iter_mut().flatten().zip(&motion) {
@@ -266,17 +269,15 @@ impl Record {
             grid.push(thin.smoothed(&series));
         }
         self.thetad_wide.push(thin.thinned(&thin.wide.rate(&x), 0));
-        self.position_noise.push(noise_of(signal, &x));
+        self.position_noise.push(thin.noise_of(signal, run, &x));
     }
 
     // The next channel, smoothed like the motion.
     fn measure(&mut self, channel: &Channel, signal: &Signal, run: &Run, thin: &Thinning) {
-        let x = resample(&run.time, &signal.values, thin.grid);
-        self.noise.push(noise_of(signal, &x));
+        let x = thin.even(&run.time, &signal.values);
+        self.noise.push(thin.noise_of(signal, run, &x));
         let x = match channel.sensor {
-            Sensor::MotorTorque if self.scales.held => {
-                resample(&run.time, &centred(&signal.values), thin.grid)
-            }
+            Sensor::MotorTorque if self.scales.held => thin.even(&run.time, &centred(&signal.values)),
             _ => x,
         };
         let values = thin.smoothed(&thin.smooth.value(&x));
@@ -392,24 +393,45 @@ pub(crate) fn is_within(time: f64, [from, to]: [f64; 2]) -> bool {
     time >= from && time <= to
 }
 
-// From even samples to the grid of the analysis: what the wider kernel cannot reach is left out at both ends.
+// From even parts to the grid of the analysis: what the wider kernel cannot reach is left out at both ends.
 struct Thinning<'a> {
     grid: &'a Uniform,
     smooth: Smoother,
     wide: Smoother,
     trim: usize,
     stride: usize,
+    parts: usize,
 }
+
+// Samples through which a signal goes between two of a slow log.
+const BETWEEN_SAMPLES: usize = 16;
 
 impl<'a> Thinning<'a> {
     fn new(grid: &'a Uniform, scales: Scales) -> Self {
         Self {
             grid,
-            smooth: Smoother::new(scales.smooth, scales.period),
-            wide: Smoother::new(scales.wide, scales.period),
+            smooth: Smoother::new(scales.smooth, scales.part()),
+            wide: Smoother::new(scales.wide, scales.part()),
             trim: scales.wide - scales.smooth,
             stride: scales.stride,
+            parts: scales.parts,
         }
+    }
+    // A signal in even parts of its sample period.
+    fn even(&self, time: &[f64], values: &[f64]) -> Vec<f64> {
+        match self.parts {
+            1 => resample(time, values, self.grid),
+            _ => resample_through(BETWEEN_SAMPLES, time, values, self.grid),
+        }
+    }
+    // The noise of as many independent parts that smoothing leaves as much of.
+    fn noise_of(&self, signal: &Signal, run: &Run, even: &[f64]) -> f64 {
+        if self.parts == 1 {
+            return noise_of(signal, even);
+        }
+        let period = self.grid.step * self.parts as f64;
+        let of_samples = resample(&run.time, &signal.values, &Uniform::within(&run.time, period));
+        noise_of(signal, &of_samples) * (self.parts as f64).sqrt()
     }
     fn thinned(&self, x: &[f64], trim: usize) -> Vec<f64> {
         x[trim..x.len() - trim].iter().step_by(self.stride).copied().collect()

@@ -229,7 +229,7 @@ fn rest_share(record: &Record, dof: usize, unsure: f64) -> Vec<f64> {
 // Standard deviation of the smoothed velocity, from that of the position: σ ‖ḣ‖, ‖ḣ‖ ≈ 1.9/(w √w) samples⁻¹.
 fn velocity_noise(record: &Record, dof: usize) -> f64 {
     let w = record.scales.smooth as f64;
-    record.position_noise[dof] * 1.9 / (w * w.sqrt() * record.scales.period)
+    record.position_noise[dof] * 1.9 / (w * w.sqrt() * record.scales.part())
 }
 
 fn velocity_scale(record: &Record, dof: usize) -> f64 {
@@ -414,7 +414,7 @@ fn with_position_noise(record: &Record, nv: usize, seed: u64) -> Record {
     use rand::{Rng, SeedableRng, rngs::SmallRng};
     let mut random = SmallRng::seed_from_u64(seed);
     let s = &record.scales;
-    let smoother = sinew_data::Smoother::new(s.smooth, s.period);
+    let smoother = sinew_data::Smoother::new(s.smooth, s.part());
     let mut noisy = record.clone();
     for dof in 0..nv {
         let std = record.position_noise[dof];

@@ -1,20 +1,24 @@
-//! Time scales of the method, chosen by the sample rate of the log.
+//! Time scales of the method, chosen by the sample rate of the log and whether there are springs.
 
 use sinew_data::{Quantity, Run, Signal, Uniform, resample};
+use sinew_model::Robot;
 
 use crate::Options;
 use crate::record::noise_of;
 
-/// Widths and strides, in samples of the log or in steps of the grid.
+/// Widths and strides, in parts of a sample period or in steps of the grid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Scales {
     /// Sample period of the log, s.
     pub period: f64,
-    /// Half width of the smoothing kernel h, samples.
+    /// Parts into which a sample period is divided before all else, one in fast logs: springs swing between the samples of a
+    /// slow one.
+    pub parts: usize,
+    /// Half width of the smoothing kernel h, parts.
     pub smooth: usize,
-    /// Half width of the wider kernel that shows where the sign of a velocity is uncertain, samples.
+    /// Half width of the wider kernel that shows where the sign of a velocity is uncertain, parts.
     pub wide: usize,
-    /// Samples a grid step.
+    /// Parts a grid step.
     pub stride: usize,
     /// Half width of the residual kernel φ, grid steps.
     pub kernel: usize,
@@ -33,7 +37,7 @@ pub(crate) struct Scales {
 
 impl Scales {
     /// The scales for runs of one robot: those of the fastest log.
-    pub fn of(runs: &[Run], options: &Options) -> Self {
+    pub fn of(robot: &Robot, runs: &[Run], options: &Options) -> Self {
         let period = runs.iter().map(Run::period).fold(f64::INFINITY, f64::min);
         let rate = 1.0 / period;
         let reaches = |least: f64| rate > CLOCK * least;
@@ -49,14 +53,22 @@ impl Scales {
         } else {
             (5.0 * period, 4.0 * period, 2.0 * period)
         };
+        let swings = robot.joints.iter().any(|joint| joint.stiffness.is_some());
+        let (parts, smooth) = if swings && reaches(SLOWEST_SWING) && !reaches(FASTEST_IN_PARTS) {
+            ((period / PART).ceil() as usize, between_samples(runs, period))
+        } else {
+            (1, smooth)
+        };
         let smooth = options.smoothing.unwrap_or(smooth);
         let samples = |seconds: f64, step: f64| ((seconds / step).round() as usize).max(1);
-        let stride = samples(0.002, period);
-        let step = period * stride as f64;
+        let part = period / parts as f64;
+        let stride = samples(0.002, part);
+        let step = part * stride as f64;
         Self {
             period,
-            smooth: samples(smooth, period).max(2),
-            wide: samples(1.5 * smooth, period).max(4),
+            parts,
+            smooth: samples(smooth, part).max(2),
+            wide: samples(1.5 * smooth, part).max(4),
             stride,
             kernel: samples(kernel, step).max(2),
             every: samples(every, step),
@@ -67,29 +79,60 @@ impl Scales {
         }
     }
 
+    /// The same in whole samples.
+    pub fn of_samples(self) -> Self {
+        let whole = |parts: usize, least: usize| parts.div_ceil(self.parts).max(least);
+        Self { parts: 1, smooth: whole(self.smooth, 2), wide: whole(self.wide, 4), ..self }
+    }
+
+    /// Length of a part of a sample period, s.
+    pub fn part(&self) -> f64 {
+        self.period / self.parts as f64
+    }
+
     /// Grid step, s.
     pub fn step(&self) -> f64 {
-        self.period * self.stride as f64
+        self.part() * self.stride as f64
     }
 }
 
 // Share of a rate that counts as the rate: the stamps of a log are rounded, its clock is not quite that of its joints.
 const CLOCK: f64 = 0.99;
+// Rates, Hz, from which a log knows of its springs' swinging, and from which its samples are near enough; the longest part of
+// a sample period between them, s.
+const SLOWEST_SWING: f64 = 15.0;
+const FASTEST_IN_PARTS: f64 = 400.0;
+const PART: f64 = 0.003;
 // Half width of the smoothing, s, that tells a coarse encoder.
 const COARSE: f64 = 0.013;
 // Half widths tried on logs of 500 Hz and more, which tell coarse encoders from 200 Hz on, and on those of 80 to 200 Hz, s.
 const FAST: [f64; 5] = [0.006, 0.008, 0.012, 0.016, 0.024];
 const SLOW: [f64; 4] = [0.030, 0.050, 0.080, 0.110];
 
-// The narrowest half width that keeps the noise of every joint's velocity below a share of its top speed.
+// Half widths, sample periods, tried on slow logs of springs: what swings fast turns the links about by its mean square, of
+// which a wide kernel takes away most.
+const NARROW: [f64; 2] = [1.2, 2.0];
+const WIDE: [f64; 4] = [3.0, 5.0, 8.0, 11.0];
+
+fn between_samples(runs: &[Run], period: f64) -> f64 {
+    let seconds = |widths: &[f64]| widths.iter().map(|w| w * period).collect::<Vec<_>>();
+    let narrow = narrow(runs, period, &seconds(&NARROW), 2e-4);
+    narrow.unwrap_or_else(|| narrowest(runs, period, &seconds(&WIDE), 2e-3))
+}
+
+// The narrowest half width that keeps the noise of every joint's velocity below a share of its top speed, or else the widest.
 fn narrowest(runs: &[Run], period: f64, widths: &[f64], share: f64) -> f64 {
+    narrow(runs, period, widths, share).unwrap_or(widths[widths.len() - 1])
+}
+
+fn narrow(runs: &[Run], period: f64, widths: &[f64], share: f64) -> Option<f64> {
     let motions: Vec<(f64, f64)> = runs.iter().flat_map(|run| motions(run, period)).collect();
     let quiet = |seconds: &&f64| {
         let w = **seconds / period;
         // σ ‖ḣ‖
         motions.iter().all(|(noise, top)| noise * 1.9 / (w * w.sqrt() * period) <= share * top)
     };
-    *widths.iter().find(quiet).unwrap_or(&widths[widths.len() - 1])
+    widths.iter().find(quiet).copied()
 }
 
 // Noise and top speed of every joint's position, the motor's where there is one.

@@ -49,7 +49,8 @@ pub(crate) fn word(channels: &[ChannelReport], left: &[Left], accepted: usize) -
     let inexact = || channels.iter().zip(left).filter(|(c, _)| told(c.unseen_error) > EXACT);
     let worst_of =
         |of: fn(&ChannelReport, &Left) -> f64| inexact().map(|(c, l)| told(of(c, l))).fold(0.0, f64::max);
-    let foretold = worst_of(|_, l| l.foretold);
+    // Where an error is no larger than noise alone would leave, its past may foretell it: rows are smoothed noise.
+    let foretold = worst_of(|c, l| if c.distance_to_floor < 1.0 { 0.0 } else { l.foretold });
     let worst = worst_of(|c, _| c.predictable_remainder);
     let far = worst_of(|c, _| c.distance_to_floor);
     match accepted {

@@ -104,6 +104,7 @@ impl Even {
     /// The run, and its motion smoothed by a kernel: the reference to begin with.
     pub fn new(robot: &Robot, run: &Run, sensors: &Sensors, scales: Scales) -> (Self, Motion) {
         let nv = robot.model.nv;
+        let scales = scales.of_samples();
         let grid = Uniform::within(&run.time, scales.period);
         let smoother = Smoother::new(scales.smooth, scales.period);
         let reach = |x: &[f64]| x[scales.smooth..x.len() - scales.smooth].to_vec();
