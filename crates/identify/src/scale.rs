@@ -2,6 +2,7 @@
 
 use sinew_data::{Quantity, Run, Signal, Uniform, resample};
 use sinew_model::Robot;
+use sinew_rigid::mass_matrix;
 
 use crate::Options;
 use crate::record::noise_of;
@@ -53,8 +54,9 @@ impl Scales {
         } else {
             (5.0 * period, 4.0 * period, 2.0 * period)
         };
-        let swings = robot.joints.iter().any(|joint| joint.stiffness.is_some());
-        let (parts, smooth) = if swings && reaches(SLOWEST_SWING) && !reaches(FASTEST_IN_PARTS) {
+        let turn = fastest_turn(robot, period);
+        let is_slow = reaches(SLOWEST_SWING) && !reaches(FASTEST_IN_PARTS);
+        let (parts, smooth) = if is_slow && turn > 0.0 && (turn < MOST_TURN || !reaches(200.0)) {
             ((period / PART).ceil() as usize, between_samples(runs, period))
         } else {
             (1, smooth)
@@ -103,6 +105,9 @@ const CLOCK: f64 = 0.99;
 const SLOWEST_SWING: f64 = 15.0;
 const FASTEST_IN_PARTS: f64 = 400.0;
 const PART: f64 = 0.003;
+// Where springs turn by more than this, rad, from one sample to the next, and torques may be held as long, their kinks lie
+// between the samples: a log that is fast enough is filtered as held or of moments.
+const MOST_TURN: f64 = 0.7;
 // Half width of the smoothing, s, that tells a coarse encoder.
 const COARSE: f64 = 0.013;
 // Half widths tried on logs of 500 Hz and more, which tell coarse encoders from 200 Hz on, and on those of 80 to 200 Hz, s.
@@ -118,6 +123,14 @@ fn between_samples(runs: &[Run], period: f64) -> f64 {
     let seconds = |widths: &[f64]| widths.iter().map(|w| w * period).collect::<Vec<_>>();
     let narrow = narrow(runs, period, &seconds(&NARROW), 2e-4);
     narrow.unwrap_or_else(|| narrowest(runs, period, &seconds(&WIDE), 2e-3))
+}
+
+// By how much the fastest spring against its own link turns in this time, rad; zero without springs.
+fn fastest_turn(robot: &Robot, seconds: f64) -> f64 {
+    let mass = mass_matrix(&robot.model, &vec![0.0; robot.model.nv]);
+    let of = |(dof, stiffness): (usize, f64)| (stiffness / mass[(dof, dof)].max(1e-12)).sqrt() * seconds;
+    let springs = robot.joints.iter().enumerate().filter_map(|(dof, joint)| Some((dof, joint.stiffness?)));
+    springs.map(of).fold(0.0, f64::max)
 }
 
 // The narrowest half width that keeps the noise of every joint's velocity below a share of its top speed, or else the widest.
