@@ -99,13 +99,8 @@ fn candidate(c: &CandidateReport) -> Vec<String> {
 // What was fitted of each candidate; `fit` and `discover` tell it with all other parameters.
 fn values(candidates: &[CandidateReport]) -> Vec<String> {
     let each = |c: &CandidateReport| {
-        let value = |p: &ParameterReport| {
-            format!(
-                "{} = {}",
-                p.name.rsplit('.').next().unwrap_or(&p.name),
-                with_std(p.value, p.std, &p.unit)
-            )
-        };
+        let value =
+            |p: &ParameterReport| format!("{} = {}", p.key(&c.place), with_std(p.value, p.std, &p.unit));
         let values: Vec<String> = c.values.iter().map(value).collect();
         (!values.is_empty()).then(|| format!("{}: {}", at_place(&c.effect, &c.place), values.join(", ")))
     };

@@ -63,10 +63,7 @@ impl Uniform {
 /// approx::assert_relative_eq!(on_grid[2], 8.0, max_relative = 1e-13);
 /// ```
 pub fn resample(time: &[f64], values: &[f64], grid: &Uniform) -> Vec<f64> {
-    let n = time.len();
-    let nodes = n.min(4);
-    let around = |after: usize| (after.saturating_sub(2).min(n - nodes), nodes);
-    interpolated(time, values, grid, around)
+    resample_through(4, time, values, grid)
 }
 
 /// [`resample`] by polynomials through many samples around each time, for grids finer than the log: halfway between the samples
@@ -90,30 +87,18 @@ pub fn resample(time: &[f64], values: &[f64], grid: &Uniform) -> Vec<f64> {
 /// ```
 pub fn resample_through(samples: usize, time: &[f64], values: &[f64], grid: &Uniform) -> Vec<f64> {
     assert!(samples >= 4 && samples.is_multiple_of(2), "samples: at least four, as many on either side");
-    let n = time.len();
-    let around = |after: usize| {
-        let side = after.min(n - after).clamp(2, samples / 2);
-        (after.saturating_sub(side).min(n.saturating_sub(2 * side)), (2 * side).min(n))
-    };
-    interpolated(time, values, grid, around)
-}
-
-// By polynomials through the samples that are told, the first and how many, of the number of the first sample after a time.
-fn interpolated(
-    time: &[f64],
-    values: &[f64],
-    grid: &Uniform,
-    around: impl Fn(usize) -> (usize, usize),
-) -> Vec<f64> {
     assert_eq!(time.len(), values.len(), "values: one for each time stamp");
     assert!(!time.is_empty(), "time: no stamps");
+    let n = time.len();
     let mut after = 0;
     let at = |k: usize| {
         let t = grid.time(k);
-        while after < time.len() && time[after] <= t {
+        while after < n && time[after] <= t {
             after += 1;
         }
-        let (first, nodes) = around(after);
+        let side = after.min(n - after).clamp(2, samples / 2);
+        let nodes = n.min(2 * side);
+        let first = after.saturating_sub(side).min(n - nodes);
         lagrange(&time[first..first + nodes], &values[first..first + nodes], t)
     };
     (0..grid.len).map(at).collect()

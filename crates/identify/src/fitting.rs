@@ -86,6 +86,11 @@ pub struct ParameterReport {
 }
 
 impl ParameterReport {
+    /// Its name without the place at which it is: `first_moment.x` of `upper_arm.first_moment.x`.
+    pub fn key(&self, place: &str) -> &str {
+        self.name.strip_prefix(place).and_then(|rest| rest.strip_prefix('.')).unwrap_or(&self.name)
+    }
+
     /// By how much it differs between runs as a share of itself, where that is more than a quarter: something that
     /// changed drives it.
     pub fn difference(&self) -> Option<f64> {
@@ -263,10 +268,9 @@ fn told_apart(model: &Candidate, reports: Vec<Reported>) -> Vec<ParameterReport>
     let names: Vec<String> = reports.iter().map(|(_, r)| r.name.clone()).collect();
     let own = |(effect, mut report): Reported| {
         let spec = &model.specs[effect];
-        if names.iter().filter(|name| **name == report.name).count() > 1
-            && let Some(key) = report.name.strip_prefix(&format!("{}.", spec.place))
-        {
-            report.name = format!("{}.{}.{key}", spec.place, spec.kind);
+        if names.iter().filter(|name| **name == report.name).count() > 1 {
+            let place = spec.place.to_string();
+            report.name = format!("{place}.{}.{}", spec.kind, report.key(&place));
         }
         report
     };

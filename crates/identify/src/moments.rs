@@ -89,12 +89,10 @@ impl Earliness {
     // The moment that it tells of, if any: a lag that the model lacks, or too much inertia, tells of other times.
     fn moment(self) -> Option<f64> {
         let off = |moment: f64| (self.share - moment).abs();
-        let nearest_of = |mut moments: Vec<f64>| {
-            moments.sort_by(|a, b| off(*a).total_cmp(&off(*b)));
-            moments[0]
-        };
-        let common = nearest_of(MOMENTS.to_vec());
-        let nearest = if self.is_of(common) { common } else { nearest_of([MOMENTS, RARE_MOMENTS].concat()) };
+        let nearest_of = |moments: &[f64]| moments.iter().copied().min_by(|a, b| off(*a).total_cmp(&off(*b)));
+        let common = nearest_of(&MOMENTS)?;
+        let nearest =
+            if self.is_of(common) { common } else { nearest_of(&[MOMENTS, RARE_MOMENTS].concat())? };
         let is_told = self.share > TOLD * self.std && off(nearest) < OFF + STRAY * self.std;
         is_told.then_some(nearest)
     }

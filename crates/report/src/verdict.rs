@@ -77,7 +77,7 @@ fn in_words(diagnosis: &Diagnosis, a: &Accepted) -> String {
     let pull = |p: &ParameterReport| (p.value - p.start).abs() / p.std.max(f64::MIN_POSITIVE);
     let farthest = candidate.values.iter().max_by(|a, b| pull(a).total_cmp(&pull(b)));
     let change = farthest.map(|p| {
-        let key = p.name.rsplit('.').next().unwrap_or(&p.name).replace('_', " ");
+        let key = p.key(&a.place).replace('_', " ");
         format!(" ({key} {}, stated {})", quantity(p.value, &p.unit), quantity(p.start, &p.unit))
     });
     words + &change.unwrap_or_default()
