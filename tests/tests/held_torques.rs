@@ -1,7 +1,8 @@
 //! Torques that are held from sample to sample, seen at the rate of the log.
 
 use sinew_effects::CATALOGUE;
-use sinew_identify::{Options, Verdict, diagnose, fit};
+use sinew_identify::{Options, Verdict, compare, diagnose, fit};
+use sinew_model::{EffectSpec, Place};
 use sinew_tests::{Conditions, Data, measure, null_case, one_joint};
 
 // (ωh)²/24 of 16 Hz in holds of 1 ms is 4e-4: what a spring is off by if the middle of a hold is taken for its mean, or if a
@@ -62,7 +63,31 @@ fn a_log_that_keeps_one_of_several_torques_tells_of_which_moment() {
         assert_eq!(told.is_some(), moment.is_some());
         assert!(moment.is_none_or(|moment| told.is_some_and(|told| told.starts_with(moment))));
         assert_eq!(diagnosis.verdict, Verdict::Adequate);
+        // The true arm is as far from the measurement as noise is.
+        let compared = compare(&case.truth, &CATALOGUE, &runs, &Options::default()).unwrap();
+        let told = compared.findings.iter().find(|f| f.statement.contains("those of moments"));
+        println!("true arm: {:.2} floors, {told:?}", compared.rms_error);
+        assert_eq!(told.is_some(), moment.is_some());
+        assert!(compared.rms_error < 1.6);
     }
+}
+
+// A lag that is not known of yet takes the moments for later ones.
+#[test]
+fn a_lag_behind_a_fast_drive_is_as_long_as_it_is() {
+    const LAG: f64 = 6e-3;
+    let arm = one_joint();
+    let conditions = Conditions { period: 2.5e-4, every: 8, ..Conditions::FULL };
+    let mut case = null_case(&arm, conditions, 300_007);
+    let lag = EffectSpec::new("actuator_lag", Place::Joint("joint_1".to_owned()));
+    case.truth.effects.push(lag.clone().with("time", LAG));
+    let runs = measure(&arm, &case).unwrap();
+    let fitted = fit(&case.model, &CATALOGUE, &runs, &[], &[lag], &Options::default()).unwrap();
+    let time = fitted.parameters.iter().find(|p| p.name == "joint_1.time").unwrap();
+    let left = fitted.steps.last().map_or(f64::NAN, |step| step.rms_error);
+    println!("{} ± {} of {LAG}, {left:.2} floors left", time.value, time.std);
+    assert!((time.value - LAG).abs() < (4.0 * time.std).max(2e-5));
+    assert!(left < 1.2);
 }
 
 // At 250, 100 and 50 Hz springs of 12 Hz swing between the samples. A run of waves alone: a chirp of 20 Hz is beyond the slowest.

@@ -6,7 +6,8 @@ use clap::Args;
 use serde_json::json;
 use sinew_data::RunSpec;
 use sinew_effects::CATALOGUE;
-use sinew_identify::{compare, discover};
+use sinew_identify::{compare_taking, discover};
+use sinew_model::Robot;
 use sinew_report::{ReportInput, page};
 
 use crate::console::Console;
@@ -38,8 +39,9 @@ impl Report {
         let fit = discover(&file.robot, &CATALOGUE, &runs, &check, &options)?;
         let all = [runs.as_slice(), check.as_slice()].concat();
         let unseen: Vec<String> = check.iter().map(|r| r.name.clone()).collect();
-        let before = compare(&file.robot, &CATALOGUE, &all, &options)?;
-        let after = compare(&with_effects(&file.robot, &fit.specs), &CATALOGUE, &all, &options)?;
+        let compared = |robot: &Robot| compare_taking(robot, &CATALOGUE, &all, &options, fit.torques_early);
+        let before = compared(&file.robot)?;
+        let after = compared(&with_effects(&file.robot, &fit.specs))?;
         let input = ReportInput {
             robot: &file.robot,
             unseen: &unseen,

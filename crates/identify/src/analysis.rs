@@ -6,7 +6,7 @@ use sinew_model::Robot;
 use sinew_plant::Plant;
 
 use crate::before;
-use crate::comparison::Prepared;
+use crate::comparison::{Prepared, moments_told};
 use crate::episode::{Episode, MOST};
 use crate::first_look::FirstLook;
 use crate::innovation::Innovation;
@@ -234,10 +234,7 @@ pub(crate) fn residual_told(search: &Search, begun: &Analysis) -> String {
         let noise = format!(", torque noise{acts} {} N·m a sample", each.join(", "));
         match reference.torques.early {
             0.0 => noise,
-            early => format!(
-                "{noise}; logged torques are those of moments, {:.2} ms before the middle of a row, not held until the next",
-                1e3 * early
-            ),
+            early => format!("{noise}; logged torques are {}", moments_told(early)),
         }
     });
     let first = begun.first.iter().map(|first| format!("; {first}")).collect::<String>();

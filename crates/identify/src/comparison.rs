@@ -9,10 +9,10 @@ use sinew_model::Robot;
 use crate::base::{nuisances, trusted};
 use crate::before::begun;
 use crate::colour::rows_of;
-use crate::problem::{Candidate, Problem};
+use crate::problem::{Candidate, Linearised, Problem};
 use crate::record::{Again, Record, Sensors};
 use crate::report::Finding;
-use crate::residual::{Imposed, ResidualForm, TRANSIENT};
+use crate::residual::{Imposed, LoggedTorques, ResidualForm, TRANSIENT};
 use crate::scale::Scales;
 use crate::search::Search;
 use crate::spread::std;
@@ -122,32 +122,75 @@ pub fn compare(
     runs: &[Run],
     options: &Options,
 ) -> Result<Comparison, IdentifyError> {
+    compare_taking(robot, catalogue, runs, options, None)
+}
+
+/// [`compare`] with logged torques that act so much before the middles of their holds, s, as a fit found
+/// ([`Fit::torques_early`](crate::Fit)); none: as the rows tell.
+///
+/// # Errors
+/// As of [`compare`].
+pub fn compare_taking(
+    robot: &Robot,
+    catalogue: &Catalogue,
+    runs: &[Run],
+    options: &Options,
+    torques_early: Option<f64>,
+) -> Result<Comparison, IdentifyError> {
     let (robot, prepared, suspicions) = begun(robot, catalogue, runs, options)?;
-    let robot = &robot;
-    let form = prepared.form(robot);
-    let problem = Problem::new(robot, catalogue, &form, options);
+    let specs = prepared.base_specs(&robot, catalogue);
+    let form = prepared.form(&robot);
+    let problem = Problem::new(&robot, catalogue, &form, options);
     let search = Search::new(&problem, &prepared.records, &prepared.sensors);
-    let floors = search.floors(prepared.base_specs(robot, catalogue))?;
-    let mut comparison = as_given(&search, &floors)?.0;
-    comparison.findings.splice(0..0, suspicions);
+    let (model, at) = search.fitted(specs, None, 5)?;
+    let early = torques_early.or_else(|| search.torques_told(&model, &at));
+    let torques = early.map(|early| LoggedTorques { early, ..LoggedTorques::default() });
+    let at = Linearised { residual: model.residual_told(&problem, torques), ..at };
+    let floors = search.saturated(&problem, &model, &at).whitener.floors();
+    let (mut comparison, _) = as_given(&search, torques, &floors)?;
+    let moments = early.filter(|early| *early > 0.0).map(of_moments);
+    comparison.findings.splice(0..0, suspicions.into_iter().chain(moments));
     Ok(comparison)
 }
 
-/// What the residual of the model as given looks like.
-pub(crate) fn findings_as_given(search: &Search, floors: &[f64]) -> Result<Vec<Finding>, IdentifyError> {
-    Ok(findings(search, &given(search)?.residual(search.problem), floors))
+fn of_moments(early: f64) -> Finding {
+    Finding {
+        joint: String::new(),
+        signal: "motor_torque".to_owned(),
+        regime: "clock".to_owned(),
+        statement: format!("logged torques are {}", moments_told(early)),
+        share: 0.0,
+    }
 }
 
-/// The comparison of the model as given, and its residual rows.
-pub(crate) fn as_given(search: &Search, floors: &[f64]) -> Result<(Comparison, Vec<f64>), IdentifyError> {
+/// What is said of torques of moments.
+pub(crate) fn moments_told(early: f64) -> String {
+    format!("those of moments, {:.2} ms before the middle of a row, not held until the next", 1e3 * early)
+}
+
+/// What the residual of the model as given looks like.
+pub(crate) fn findings_as_given(
+    search: &Search,
+    torques: Option<LoggedTorques>,
+    floors: &[f64],
+) -> Result<Vec<Finding>, IdentifyError> {
+    Ok(findings(search, &given(search)?.residual_told(search.problem, torques), floors))
+}
+
+/// The comparison of the model as given, and its residual rows, with logged torques taken so, where that is known.
+pub(crate) fn as_given(
+    search: &Search,
+    torques: Option<LoggedTorques>,
+    floors: &[f64],
+) -> Result<(Comparison, Vec<f64>), IdentifyError> {
     let model = given(search)?;
-    let residual = model.residual(search.problem);
+    let residual = model.residual_told(search.problem, torques);
     let comparison = Comparison {
         signals: signals(search, &residual, floors),
         runs: run_errors(search, &residual, floors),
         rms_error: total(search, &residual, floors),
         findings: findings(search, &residual, floors),
-        traces: traces(search, &model),
+        traces: traces(search, &residual),
     };
     Ok((comparison, residual))
 }
@@ -320,9 +363,8 @@ pub(crate) fn by_channel(search: &Search, residual: &[f64], floors: &[f64]) -> V
 }
 
 /// Curves of every channel and run at the residual's rows.
-pub(crate) fn traces(search: &Search, model: &Candidate) -> Vec<Trace> {
+pub(crate) fn traces(search: &Search, residual: &[f64]) -> Vec<Trace> {
     let layout = search.problem.form.layout();
-    let residual = model.residual(search.problem);
     let robot = &search.problem.robot.model;
     layout
         .segments

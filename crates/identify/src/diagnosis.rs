@@ -133,7 +133,7 @@ pub fn diagnose(
         let base = search.base(begun.prepared.base_specs(robot, catalogue))?;
         let sudden = sudden(search, &base);
         let floors = search.floors_told(&base)?;
-        let mut findings = findings_as_given(search.yardstick(), &floors)?;
+        let mut findings = findings_as_given(search.yardstick(), base.torques(), &floors)?;
         findings.splice(0..0, begun.suspicions.iter().cloned());
         let explored = explore(search, base, None)?;
         let scope = scope(robot, &begun.prepared.sensors, runs);

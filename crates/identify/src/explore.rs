@@ -23,19 +23,19 @@ pub(crate) struct Unseen<'a> {
 }
 
 impl Unseen<'_> {
-    /// Residual rows of a model on the unseen runs.
-    pub fn residual(&self, model: &Candidate) -> Vec<f64> {
-        model.residual(self.search.problem)
+    /// Residual rows of a state on the unseen runs.
+    pub fn residual(&self, state: &State) -> Vec<f64> {
+        state.fitted.model.residual_told(self.search.problem, state.torques())
     }
     /// Error by floor over all channels.
-    pub fn total(&self, model: &Candidate) -> f64 {
-        crate::comparison::total(self.search, &self.residual(model), &self.floors)
+    pub fn total(&self, state: &State) -> f64 {
+        crate::comparison::total(self.search, &self.residual(state), &self.floors)
     }
 
     /// Accepted effects that do not hold on these runs, each with the reason: those whose own channel gets worse; if
     /// there is none and all channels together get worse, all that are new.
     fn refused(&self, before: &State, after: &State) -> Vec<(Trial, String)> {
-        let of = |state: &State| by_channel(self.search, &self.residual(&state.fitted.model), &self.floors);
+        let of = |state: &State| by_channel(self.search, &self.residual(state), &self.floors);
         let (old, new) = (of(before), of(after));
         let (old_total, new_total) = (rms(old.iter().copied()), rms(new.iter().copied()));
         let added = after.added_since(before);
@@ -243,11 +243,7 @@ fn unsure(search: &Search, before: &State, after: &State) -> Vec<(Trial, String)
 }
 
 pub(crate) fn rung(search: &Search, added: &[String], state: &State, unseen: Option<&Unseen>) -> Rung {
-    Rung {
-        added: added.to_vec(),
-        residual: search.told(state),
-        unseen: unseen.map(|u| u.residual(&state.fitted.model)),
-    }
+    Rung { added: added.to_vec(), residual: search.told(state), unseen: unseen.map(|u| u.residual(state)) }
 }
 
 /// Every accepted effect is taken out in turn and the rest refitted; it goes if it no longer passes the gates.
@@ -348,7 +344,7 @@ pub(crate) fn accepted_without(accepted: &[Accepted], k: usize) -> Vec<Accepted>
 /// Error by floor: on unseen runs where there are any, else on the fitted ones.
 pub(crate) fn error(search: &Search, state: &State, unseen: Option<&Unseen>) -> f64 {
     if let Some(unseen) = unseen {
-        return unseen.total(&state.fitted.model);
+        return unseen.total(state);
     }
     crate::comparison::total(search, &state.fitted.at.residual, &state.whitener.floors())
 }

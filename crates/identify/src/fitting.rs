@@ -126,6 +126,9 @@ pub struct Fit {
     pub diagnosis: Diagnosis,
     /// What the user should know.
     pub warnings: Vec<String>,
+    /// By how much logged torques act before the middles of their holds, s: zero where they are held until the next. None where
+    /// the rows do not tell.
+    pub torques_early: Option<f64>,
     /// The effects of the fitted robot, with values and standard deviations as files write them.
     #[serde(skip)]
     pub specs: Vec<EffectSpec>,
@@ -190,10 +193,13 @@ fn work(
         let unseen_search = Search::new(&unseen_problem, &unseen_runs.records, &unseen_runs.sensors);
         let unseen = (!check.is_empty()).then(|| Unseen { search: &unseen_search, floors: floors.clone() });
         let yardstick = search.yardstick();
-        let (mut given, given_residual) = as_given(yardstick, &floors)?;
+        let (mut given, given_residual) = as_given(yardstick, base.torques(), &floors)?;
         given.findings.splice(0..0, begun.suspicions.iter().cloned());
         let given_unseen = match &unseen {
-            Some(u) => Some(u.residual(&Candidate::new(yardstick.problem, robot.all_effects())?)),
+            Some(_) => {
+                let model = Candidate::new(yardstick.problem, robot.all_effects())?;
+                Some(model.residual_told(&unseen_problem, base.torques()))
+            }
             None => None,
         };
         let explored = climb(search, base, unseen.as_ref())?;
@@ -259,6 +265,7 @@ fn finished(
         verdict: diagnosis.verdict,
         diagnosis,
         warnings,
+        torques_early: state.torques().map(|torques| torques.early),
         specs,
     }
 }

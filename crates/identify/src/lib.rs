@@ -59,7 +59,7 @@ mod walk;
 mod waves;
 
 pub use before::{listed, readiness};
-pub use comparison::{Comparison, RunError, SignalError, Trace, compare};
+pub use comparison::{Comparison, RunError, SignalError, Trace, compare, compare_taking};
 pub use diagnosis::{Accepted, CandidateReport, ChannelReport, Diagnosis, RivalReport, diagnose};
 pub use episode::NAME as EPISODE;
 pub use error::IdentifyError;

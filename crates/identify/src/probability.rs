@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::colour::rows_of;
 use crate::diagnosis::ChannelReport;
 use crate::episode::is_of_one_time;
 use crate::explore::{Explored, Rung};
@@ -30,8 +31,8 @@ pub struct Grounds {
     /// Likelihoods of all tied rivals, its own being one.
     pub tied: f64,
     /// What is left in the end of the error that the effect was found by, as a share of it and of what the effect took away:
-    /// what is more than noise, or what a generic predictor foretells, if that is more; zero where noise alone is left. Of an
-    /// effect that relieves a tension only, one where more than noise is left.
+    /// what is more than noise, or what a generic predictor foretells, if that is more; zero where noise alone is left. An effect
+    /// that relieves a tension only takes away what would be left were it as stated.
     pub left: f64,
     /// Other effects that were accepted in the same joint: several laws beside each other often stand for one that is missing.
     /// Viscous and Coulomb friction, which every drive has, neither count nor are counted against.
@@ -132,7 +133,7 @@ impl Grounds {
         let dof = |e: &Accepted| channels[e.evidence.channel].dof;
         let others =
             explored.state.accepted.iter().filter(|other| other.trial.label() != entry.trial.label());
-        let left = left_of(search, explored, reports, left, entry);
+        let left = left_of(search, explored, reports, left, constants, entry);
         let beside = others.filter(|other| dof(other) == dof(entry) && !other.trial.is_plain_friction());
         Self {
             by_tension: rests_on_tension(evidence),
@@ -175,6 +176,7 @@ fn left_of(
     explored: &Explored,
     reports: &[ChannelReport],
     left: &[Left],
+    constants: &[Reported],
     entry: &Accepted,
 ) -> f64 {
     let (evidence, layout) = (&entry.evidence, search.yardstick().problem.form.layout());
@@ -188,7 +190,12 @@ fn left_of(
         return 0.0;
     }
     if by_tension {
-        return 1.0;
+        // χ² beyond noise of all that is left, and χ² by which all would fit worse were a constant as stated: ((p − p₀)/σ)².
+        let beyond = |c: usize| left[c].square * left[c].beyond_noise() * rows_of(layout, c).count() as f64;
+        let own = constants.iter().filter(|(effect, _)| *effect == entry.effect);
+        let fall = own.map(|(_, p)| ((p.value - p.start) / p.std).powi(2)).fold(0.0, f64::max);
+        let rest: f64 = (0..left.len()).map(beyond).sum();
+        return rest / (rest + fall).max(1e-300);
     }
     // In rows in which errors are told, which are the same in all steps.
     let error = |rung: &Rung| mean_square(layout, evidence.channel, &rung.residual);

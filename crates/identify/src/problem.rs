@@ -12,7 +12,7 @@ use crate::base::{EXACT_TO_NOMINAL, is_inertial};
 use crate::colour::Whitener;
 use crate::freedom::Springs;
 use crate::least_squares::{Normal, cross, dot, matrix};
-use crate::residual::{Grid, ResidualForm};
+use crate::residual::{Grid, LoggedTorques, ResidualForm};
 use crate::unknowns::Unknown;
 use crate::{IdentifyError, Options};
 
@@ -155,6 +155,12 @@ impl Candidate {
 
     pub fn residual(&self, problem: &Problem) -> Vec<f64> {
         problem.form.residual(&self.plant, &self.p)
+    }
+
+    /// The same with logged torques taken so, where that is known.
+    pub fn residual_told(&self, problem: &Problem, torques: Option<LoggedTorques>) -> Vec<f64> {
+        let told = |torques| problem.form.residual_told(torques, &self.plant, &self.p);
+        torques.map_or_else(|| self.residual(problem), told)
     }
 
     /// The same with the links where a reference has them.

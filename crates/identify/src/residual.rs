@@ -42,6 +42,10 @@ pub(crate) trait ResidualForm: Sync {
     fn residual_taking(&self, _early: f64, plant: &Plant, p: &[f64]) -> Vec<f64> {
         self.residual(plant, p)
     }
+    /// Measured minus predicted with logged torques taken so; rows that know of them themselves are as they are.
+    fn residual_told(&self, _torques: LoggedTorques, plant: &Plant, p: &[f64]) -> Vec<f64> {
+        self.residual(plant, p)
+    }
     /// Forgets the rows of the reference, for a new one in which logged torques are taken so.
     fn begin_anew(&self, _torques: LoggedTorques) {}
     /// Comes back to a reference.
@@ -392,6 +396,12 @@ impl ResidualForm for Imposed<'_> {
     }
     fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize], springs: Springs) -> Vec<Vec<f64>> {
         self.rows().columns(plant, p, positions, springs)
+    }
+
+    fn residual_told(&self, torques: LoggedTorques, plant: &Plant, p: &[f64]) -> Vec<f64> {
+        let mut records = self.records.to_vec();
+        records.iter_mut().for_each(|record| record.scales = record.scales.taking(torques.early));
+        Rows { records: &records, ..self.rows() }.residual(plant, p)
     }
 
     fn position_noise(&self, plant: &Plant, p: &[f64], seeds: &[u64]) -> Vec<Vec<f64>> {

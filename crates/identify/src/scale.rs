@@ -81,6 +81,12 @@ impl Scales {
         }
     }
 
+    /// The same of smoothed channels whose logged torques act so much before the middles of their holds, s. A channel that is
+    /// not centred takes a torque for that of its instant, half a sample period before.
+    pub fn taking(self, early: f64) -> Self {
+        Self { early: early - if self.held { 0.0 } else { 0.5 * self.period }, ..self }
+    }
+
     /// The same in whole samples.
     pub fn of_samples(self) -> Self {
         let whole = |parts: usize, least: usize| parts.div_ceil(self.parts).max(least);

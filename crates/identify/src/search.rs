@@ -16,10 +16,11 @@ use crate::first_look::FirstLook;
 use crate::freedom::Springs;
 use crate::gates::z_between;
 use crate::innovation::Reference;
-use crate::problem::{BENT, Candidate, Equations, MANY, Problem, refine};
+use crate::problem::{BENT, Candidate, Equations, Linearised, MANY, Problem, refine};
 use crate::record::{Record, Sensors};
 use crate::refit::{Base, Fitted, Refit, refit};
 use crate::report::Refusal;
+use crate::residual::LoggedTorques;
 use crate::screen::{Score, Screen, all_columns};
 use crate::spread::channel_std;
 use crate::starts::{best_starts, impossible_starts, lowest_of_each, promising, short_list, with_lines};
@@ -57,6 +58,17 @@ impl State {
         self.reference.as_ref().map_or(0.0, |reference| reference.misfit())
     }
 
+    /// How it takes logged torques, where rows tell.
+    pub fn torques(&self) -> Option<LoggedTorques> {
+        self.reference.as_ref().map(|reference| reference.torques)
+    }
+
+    /// Indices of the effects that the search added to the model.
+    pub fn added(&self) -> Vec<usize> {
+        let new = self.accepted.iter().filter(|a| matches!(a.trial.how, How::New { .. }));
+        new.map(|a| a.effect).collect()
+    }
+
     /// The effects that were accepted since the state `before`.
     pub fn added_since(&self, before: &Self) -> &[Accepted] {
         &self.accepted[before.accepted.len()..]
@@ -73,14 +85,6 @@ pub(crate) type Scores = Vec<Option<Score>>;
 struct Stated {
     fitted: Fitted,
     columns: Columns,
-}
-
-impl State {
-    /// Indices of the effects that the search added to the model.
-    pub fn added(&self) -> Vec<usize> {
-        let new = self.accepted.iter().filter(|a| matches!(a.trial.how, How::New { .. }));
-        new.map(|a| a.effect).collect()
-    }
 }
 
 /// What is offered to a model, and the noise that all of it would leave.
@@ -187,7 +191,7 @@ impl<'a> Search<'a> {
     /// Residual rows of a state in which errors are told.
     pub fn told(&self, state: &State) -> Vec<f64> {
         match self.yardstick {
-            Some(other) => state.fitted.model.residual(other.problem),
+            Some(other) => state.fitted.model.residual_told(other.problem, state.torques()),
             None => state.fitted.at.residual.clone(),
         }
     }
@@ -221,28 +225,16 @@ impl<'a> Search<'a> {
         self.with_other_springs(settled?)
     }
 
-    /// The reachable floor of every channel: what a fit of everything the catalogue offers would leave.
-    pub fn floors(&self, specs: Vec<EffectSpec>) -> Result<Vec<f64>, IdentifyError> {
-        let (model, at) = self.fitted(specs, None, 5)?;
-        Ok(self.saturated(self.problem, &model, &at).whitener.floors())
-    }
-
     /// The reachable floors about a state, in the rows in which errors are told; about those of another residual, as far
     /// as what is free and what needs no physics reach.
     pub fn floors_told(&self, state: &State) -> Result<Vec<f64>, IdentifyError> {
         let Some(other) = self.yardstick else { return Ok(state.whitener.floors()) };
         let model = state.fitted.model.again(other.problem)?;
-        let at = model.linearise(other.problem);
-        Ok(other.noise(&model, &at.residual, &at.slices()).floors())
+        Ok(other.noise(&model, &self.told(state), &model.linearise(other.problem).slices()).floors())
     }
 
     /// The noise about a model, from a saturated regression over everything that is offered to it.
-    pub fn saturated(
-        &self,
-        problem: &Problem,
-        model: &Candidate,
-        at: &crate::problem::Linearised,
-    ) -> Saturated {
+    pub fn saturated(&self, problem: &Problem, model: &Candidate, at: &Linearised) -> Saturated {
         let trials = self.offered(model, &at.residual);
         let columns = all_columns(problem, model, &at.residual, &trials);
         let offered = columns.iter().flatten().flatten().map(Vec::as_slice);
@@ -251,13 +243,13 @@ impl<'a> Search<'a> {
         Saturated { trials, columns, whitener }
     }
 
-    // The fit of a model from what is stated, or from known values.
-    fn fitted(
+    /// The fit of a model from what is stated, or from known values.
+    pub fn fitted(
         &self,
         specs: Vec<EffectSpec>,
         known: Option<&[f64]>,
         iterations: usize,
-    ) -> Result<(Candidate, crate::problem::Linearised), IdentifyError> {
+    ) -> Result<(Candidate, Linearised), IdentifyError> {
         let mut model = Candidate::new(self.problem, specs)?;
         if let Some(known) = known {
             model.p.copy_from_slice(known);

@@ -57,7 +57,10 @@ impl Search<'_> {
         descend: impl FnOnce(&mut Candidate) -> Linearised,
         accepted: Vec<Accepted>,
     ) -> Result<State, IdentifyError> {
-        let at = self.led(&mut model, &RENEWALS, descend, accepted.is_empty());
+        let mut at = self.led(&mut model, &RENEWALS, descend, accepted.is_empty());
+        if !accepted.is_empty() {
+            at = self.with_torques_of_moments(&mut model, at)?;
+        }
         self.settled(model, at, accepted)
     }
 

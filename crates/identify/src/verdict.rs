@@ -3,6 +3,7 @@
 use crate::colour::rows_of;
 use crate::diagnosis::ChannelReport;
 use crate::least_squares::{Normal, cross, dot, matrix};
+use crate::problem::Linearised;
 use crate::remainder::{Left, predictable};
 use crate::report::Verdict;
 use crate::search::{Search, State};
@@ -83,7 +84,7 @@ fn unseen_errors(search: &Search, state: &State) -> Vec<f64> {
     let told = if std::ptr::eq(yardstick, search) {
         &state.fitted.at
     } else {
-        own = state.fitted.model.linearise(yardstick.problem);
+        own = Linearised { residual: search.told(state), ..state.fitted.model.linearise(yardstick.problem) };
         &own
     };
     let mut unseen = told.residual.clone();

@@ -117,6 +117,7 @@ fn fit() -> Fit {
         verdict: Verdict::Missing,
         diagnosis: diagnosis(),
         warnings: vec![],
+        torques_early: None,
         specs: vec![],
     }
 }
