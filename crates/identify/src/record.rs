@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use sinew_data::{
-    Kernel, Quantity, Run, Signal, Smoother, Uniform, instrument_noise, resample, resample_through,
+    Kernel, Quantity, Run, Signal, Smoother, Uniform, instrument_noise, quantisation_step, resample,
+    resample_through,
 };
 use sinew_effect::{DIRECTIONS, Derivative, Sensor};
 use sinew_model::{Model, Robot};
@@ -446,9 +447,12 @@ impl<'a> Thinning<'a> {
     }
 }
 
-/// Standard deviation of the noise of a signal that was read at even times: stamps that jitter are no noise.
+/// Standard deviation of the noise of a signal that was read at even times: stamps that jitter are no noise. Its steps are those
+/// of the readings, since what is interpolated has others.
 pub(crate) fn noise_of(signal: &Signal, even: &[f64]) -> f64 {
-    instrument_noise(&Signal { values: even.to_vec(), ..signal.clone() })
+    let found = || signal.std.is_none().then(|| quantisation_step(&signal.values)).flatten();
+    let resolution = signal.resolution.or_else(found);
+    instrument_noise(&Signal { values: even.to_vec(), resolution, ..signal.clone() })
 }
 
 // Motor torque, or current times the torque constant.
@@ -480,4 +484,26 @@ fn centred(values: &[f64]) -> Vec<f64> {
         out[k] = 0.5 * (values[k - 1] + values[k]);
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // A count is 0.01. One in every second sample, then nine in each, have hardly a fourth difference; between the stamps there are
+    // no counts either.
+    #[test]
+    fn what_an_encoder_rounds_away_is_seen_in_its_readings() {
+        let mut values = vec![0.0; 400];
+        for k in 1..values.len() {
+            values[k] = values[k - 1] + if k >= 40 { 0.09 } else { 0.01 * (k % 2) as f64 };
+        }
+        let even: Vec<f64> = values.iter().enumerate().map(|(k, x)| x + 1e-15 * (k % 3) as f64).collect();
+        let signal = Signal::new(Quantity::MotorPosition, "elbow", values);
+        let noise = noise_of(&signal, &even);
+        assert!((noise / (0.01 / 12f64.sqrt()) - 1.0).abs() < 1e-6, "{noise}");
+        // A noise that is stated is not added to.
+        let stated = Signal { std: Some(1e-4), ..signal };
+        assert_eq!(noise_of(&stated, &even), 1e-4);
+    }
 }

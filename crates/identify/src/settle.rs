@@ -19,6 +19,8 @@ const WITHOUT_NOISE: [Start; 2] = [Start::Same, Start::Reference];
 // Most references in all, and the share of the objective before that one must leave at most for another to follow.
 const MOST_REFERENCES: usize = 10;
 const GAINS: f64 = 0.95;
+// A reference that leaves this many times as much, and makes the log less likely, has gone astray.
+const ASTRAY: f64 = 2.0;
 // The squared length of what references may differ by, and what −2 log likelihood or an objective falls by where it is no
 // chance.
 const HOLDS: f64 = 10.0;
@@ -204,18 +206,29 @@ impl Search<'_> {
     }
 
     // The model refined about references of its own until they hold, with its objective; none where there is no
-    // reference. Beyond `starts` it is led on for as long as both the log gets likelier and the objective falls much.
+    // reference. Beyond `starts` it is led on for as long as both the log gets likelier and the objective falls much; one that
+    // leads astray, as where hardly a torque noise is left, is left for that before.
     fn renewed(&self, model: &mut Candidate, starts: &[Start]) -> Option<(Linearised, f64)> {
         let form = self.problem.form;
         form.reference()?;
         let (mut misfit, mut found, mut gains) = (f64::INFINITY, None, true);
         for n in 0..MOST_REFERENCES {
             let Some(from) = starts.get(n).copied().or(gains.then_some(Start::Reference)) else { break };
-            let (at, whitener, [before, value]) = self.followed(model, from);
+            let (last, p) = (form.reference()?, model.p.clone());
+            let at = self.about_new_reference(model, from);
             let before_that = std::mem::replace(&mut misfit, form.reference()?.misfit());
+            let last = (misfit > before_that).then_some(last);
+            let (at, whitener, [before, value]) = self.refined_alone(model, at);
+            if let Some(last) =
+                last.filter(|_| found.as_ref().is_some_and(|(_, least)| value > ASTRAY * least))
+            {
+                form.adopt(&last);
+                model.p = p;
+                return found;
+            }
             let falls = misfit < before_that - FALLS;
             let holds = !falls && before < MOVED * value && self.off(model, &at, &whitener) < HOLDS;
-            gains = falls && found.is_some_and(|(_, last)| value < GAINS * last);
+            gains = falls && found.as_ref().is_some_and(|(_, last)| value < GAINS * last);
             found = Some((at, value));
             if holds {
                 break;
@@ -227,6 +240,11 @@ impl Search<'_> {
     /// The model about a new reference, refined there, with the noise it leaves, and its objective before and after.
     pub fn followed(&self, model: &mut Candidate, from: Start) -> (Linearised, Whitener, [f64; 2]) {
         let at = self.about_new_reference(model, from);
+        self.refined_alone(model, at)
+    }
+
+    // The model refined about the present reference, with the noise it leaves, and its objective before and after.
+    fn refined_alone(&self, model: &mut Candidate, at: Linearised) -> (Linearised, Whitener, [f64; 2]) {
         let (whitener, before) = self.alone(model, &at);
         let at = refine(self.problem, model, &whitener, at, 6);
         let after = objective(&whitener.apply(self.problem.form.layout(), &at.residual), model);
