@@ -37,8 +37,8 @@ pub(crate) struct Analysis<'a> {
 /// What came of a search.
 pub(crate) struct Worked<T> {
     pub result: T,
-    /// True if an effect was named.
-    pub is_named: bool,
+    /// The effects that were named, `effect@place`, without what acted once.
+    pub names: Vec<String>,
     /// True if all is explained.
     pub is_answered: bool,
     pub left: LeftOver,
@@ -48,6 +48,8 @@ pub(crate) struct Worked<T> {
 #[derive(Default)]
 pub(crate) struct LeftOver {
     pub episodes: Vec<Episode>,
+    /// What stood out in them is gone with the laws that were named.
+    pub is_gone: bool,
     /// Outside of them nothing is left.
     pub is_rest_noise: bool,
 }
@@ -92,27 +94,33 @@ pub(crate) fn analysed<T>(
         }
         worked(robot, catalogue, &rest, options, aim, episodes.to_vec(), &work)
     };
-    Ok(answered(without(&[])?, &[], &without)?.0)
+    Ok(answered(without(&[])?, &[], &without)?.result)
 }
 
-// The best that can be said of a work that was done without `acted`, and whether all is explained.
+// The best that can be said of a work that was done without `acted`. Where what stood out of the base only is gone with the laws
+// that were named, and these explain all, the same laws without that time say no more.
 fn answered<T>(
     whole: Worked<T>,
     acted: &[Episode],
     without: &impl Fn(&[Episode]) -> Result<Worked<T>, IdentifyError>,
-) -> Result<(T, bool), IdentifyError> {
-    let LeftOver { episodes: mut next, is_rest_noise } = whole.left;
+) -> Result<Worked<T>, IdentifyError> {
+    let (mut next, is_rest_noise) = (whole.left.episodes.clone(), whole.left.is_rest_noise);
+    let is_gone = whole.left.is_gone;
     let was_answered = whole.is_answered;
     // Beginnings are left out once, and are no episodes.
     let has_begun = acted.iter().any(|e| e.begins);
     next.retain(|e| !(has_begun && e.begins));
     if next.is_empty() || acted.iter().filter(|e| !e.begins).count() >= MOST {
-        return Ok((whole.result, was_answered));
+        return Ok(whole);
     }
     let acted = [acted, &next].concat();
-    let (result, is_answered) = answered(without(&acted)?, &acted, without)?;
-    let is_better = is_answered || (is_rest_noise && !was_answered);
-    Ok(if is_better { (result, is_answered) } else { (whole.result, was_answered) })
+    let rest = answered(without(&acted)?, &acted, without)?;
+    let says_no_more = was_answered
+        && is_gone
+        && !whole.names.is_empty()
+        && whole.names.iter().all(|name| rest.names.contains(name));
+    let is_better = !says_no_more && (rest.is_answered || (is_rest_noise && !was_answered));
+    Ok(if is_better { rest } else { whole })
 }
 
 fn worked<T>(
@@ -146,7 +154,7 @@ fn worked<T>(
         let worked = work(&mut about, &begun)?;
         let drowned = drowned(&prepared, &innovation.present().torque_noise);
         // A name counts beside one joint that is drowned, not where all are.
-        let is_drowned = drowned.contains(&true) && !(worked.is_named && drowned.contains(&false));
+        let is_drowned = drowned.contains(&true) && !(!worked.names.is_empty() && drowned.contains(&false));
         if options.residual.is_some() || !is_drowned {
             return Ok(worked);
         }
@@ -225,13 +233,25 @@ fn unsuited(robot: &Robot, prepared: &Prepared) -> Option<&'static str> {
     Innovation::impossible(robot, &prepared.sensors)
 }
 
+// Numbers by motor, and their unit after the last of each kind.
+fn noise_told(search: &Search, noise: &[f64]) -> String {
+    let model = &search.problem.robot.model;
+    let torques = search.sensors.channels.iter().filter(|c| c.sensor == Sensor::MotorTorque);
+    let units: Vec<&str> = torques.map(|c| c.unit(model)).collect();
+    let told = |(k, x): (usize, &f64)| match (units.get(k), units.get(k + 1)) {
+        (Some(unit), next) if next != Some(unit) => format!("{x:.2} {unit}"),
+        _ => format!("{x:.2}"),
+    };
+    noise.iter().enumerate().map(told).collect::<Vec<_>>().join(", ")
+}
+
 /// Which residual a search looks at, and why.
 pub(crate) fn residual_told(search: &Search, begun: &Analysis) -> String {
     let name = if search.problem.form.is_white() { "innovation" } else { "imposed" };
     let noise = search.problem.form.reference().map_or(String::new(), |reference| {
-        let each: Vec<String> = reference.torque_noise.iter().map(|n| format!("{n:.2}")).collect();
         let acts = if reference.torques.move_without_noise { " that moves the joints" } else { "" };
-        let noise = format!(", torque noise{acts} {} N·m a sample", each.join(", "));
+        let noise = noise_told(search, &reference.torque_noise);
+        let noise = format!(", torque noise{acts} {noise} a sample");
         match reference.torques.early {
             0.0 => noise,
             early => format!("{noise}; logged torques are {}", moments_told(early)),

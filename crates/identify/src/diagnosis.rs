@@ -9,7 +9,7 @@ use sinew_model::{Place, Robot, Setting};
 use crate::analysis::{Aim, Analysis, LeftOver, Worked, analysed, residual_told};
 use crate::base::scope;
 use crate::comparison::findings_as_given;
-use crate::episode::{self, Episode, episodes, sudden};
+use crate::episode::{self, Episode, episodes, is_gone, sudden};
 use crate::explore::{Explored, explore, widening};
 use crate::fitting::{ParameterReport, Reported, parameters, pulls};
 use crate::gates::Evidence;
@@ -140,7 +140,7 @@ pub fn diagnose(
         let scope = format!("{scope}; {}", residual_told(search, begun));
         let (mut result, is_answered) = report(search, &explored, begun, findings, scope)?;
         let left = result.left(search, &explored, sudden.filter(|e| e.is_alone || !is_answered));
-        Ok(Worked { is_named: !result.accepted.is_empty(), result, is_answered, left })
+        Ok(Worked { names: explored.state.names(), result, is_answered, left })
     })
 }
 
@@ -220,9 +220,10 @@ impl Diagnosis {
         let found = episodes(search, &explored.state);
         let is_rest_noise = !found.is_empty();
         let all = if is_rest_noise { found } else { Vec::from_iter(sudden) };
+        let is_gone = all.iter().all(|e| is_gone(search, &explored.state, e));
         let (alone, told): (Vec<Episode>, Vec<Episode>) = all.into_iter().partition(|e| e.is_alone);
         self.findings.splice(0..0, told.iter().map(|e| e.finding(search)));
-        LeftOver { is_rest_noise: is_rest_noise && told.is_empty(), episodes: alone }
+        LeftOver { is_rest_noise: is_rest_noise && told.is_empty(), is_gone, episodes: alone }
     }
 
     // Episodes are told before all else and named after the laws, but for the beginnings of runs, whose springs may swing from

@@ -99,6 +99,25 @@ pub(crate) fn is_of_one_time(search: &Search, state: &State, entry: &Accepted) -
     is_short(&courses(layout, &state.whitener.apply(layout, &added), stamps(search)))
 }
 
+/// True if a model leaves no more in the time of an episode than in the rest: what stood out was something else.
+pub(crate) fn is_gone(search: &Search, state: &State, episode: &Episode) -> bool {
+    let mut courses = courses(search.problem.form.layout(), &state.fitted.white, stamps(search));
+    let (all, counted) = total(&courses);
+    for course in courses.iter_mut().filter(|course| course.record == episode.record) {
+        let is_inside = |time: f64| is_within(time, episode.window);
+        for k in (0..course.time.len()).filter(|&k| !is_inside(course.time[k])) {
+            (course.squares[k], course.counts[k]) = (0.0, 0.0);
+        }
+    }
+    courses.retain(|course| course.record == episode.record);
+    let (inside, count) = total(&courses);
+    let rest = (all - inside) / (counted - count).max(1.0);
+    inside < rest * (count + CHANCE * (2.0 * count).sqrt())
+}
+
+// Standard deviations by which a sum of squares may be larger by chance.
+const CHANCE: f64 = 4.0;
+
 // Share of the squares that one time must hold.
 const NEARLY_ALL: f64 = 0.9;
 

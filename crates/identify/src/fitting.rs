@@ -218,11 +218,11 @@ fn work(
         let scope = scope(robot, &prepared.sensors, runs);
         let scope = format!("{scope}; {}", residual_told(search, begun));
         let (mut diagnosis, is_answered) = report(search, &explored, begun, given.findings, scope)?;
-        let is_named = !diagnosis.accepted.is_empty();
         let left = diagnosis.left(search, &explored, sudden.filter(|e| e.is_alone || !is_answered));
         diagnosis.findings.splice(0..0, steps.last().and_then(StepReport::unseen_finding));
+        let names = explored.state.names();
         let result = finished(search, explored, diagnosis, steps, runs, check);
-        Ok(Worked { result, is_named, is_answered, left })
+        Ok(Worked { result, names, is_answered, left })
     })
 }
 

@@ -69,6 +69,11 @@ impl State {
         new.map(|a| a.effect).collect()
     }
 
+    /// The accepted effects, `effect@place`.
+    pub fn names(&self) -> Vec<String> {
+        self.accepted.iter().map(|a| a.trial.label()).collect()
+    }
+
     /// The effects that were accepted since the state `before`.
     pub fn added_since(&self, before: &Self) -> &[Accepted] {
         &self.accepted[before.accepted.len()..]

@@ -93,10 +93,10 @@ pub fn trial(
         let surrogates = surrogates(search, &explored.state)?;
         let false_acceptance = FalseAcceptance::of(&surrogates);
         let sentence = sentence(&false_acceptance);
-        let effects: Vec<String> = explored.state.accepted.iter().map(|a| a.trial.label()).collect();
-        let is_named = !effects.is_empty();
+        let effects = explored.state.names();
+        let names = effects.clone();
         let result = TrialReport { effects, false_acceptance, surrogates, sentence };
-        Ok(Worked { result, is_named, is_answered: true, left: LeftOver::default() })
+        Ok(Worked { result, names, is_answered: true, left: LeftOver::default() })
     })
 }
 
