@@ -90,6 +90,22 @@ fn a_lag_behind_a_fast_drive_is_as_long_as_it_is() {
     assert!(left < 1.2);
 }
 
+// At 125 Hz a rigid joint turns round within a sample, and its friction with it.
+#[test]
+fn a_slow_log_of_a_rigid_joint_shows_where_it_turns_round() {
+    let mut arm = one_joint();
+    arm.robot.joints[0].stiffness = None;
+    let conditions = Conditions { every: 8, ..Conditions::named("motor", "fine").unwrap() };
+    for seed in [300_008, 300_009] {
+        let case = null_case(&arm, conditions, seed);
+        let runs = measure(&arm, &case).unwrap();
+        let diagnosis = diagnose(&case.model, &CATALOGUE, &runs, &Options::default()).unwrap();
+        println!("{seed}: {}, {:?}", diagnosis.verdict, diagnosis.channels);
+        assert_eq!(diagnosis.verdict, Verdict::Adequate);
+        assert!(diagnosis.channels.iter().all(|c| c.distance_to_floor < 1.5));
+    }
+}
+
 // At 250, 100 and 50 Hz springs of 12 Hz swing between the samples. A run of waves alone: a chirp of 20 Hz is beyond the slowest.
 #[test]
 fn a_slow_log_of_springs_tells_them_as_exactly_as_it_can() {

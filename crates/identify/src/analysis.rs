@@ -154,7 +154,8 @@ fn worked<T>(
         let worked = work(&mut about, &begun)?;
         let drowned = drowned(&prepared, &innovation.present().torque_noise);
         // A name counts beside one joint that is drowned, not where all are.
-        let is_drowned = drowned.contains(&true) && !(!worked.names.is_empty() && drowned.contains(&false));
+        let none_counts = worked.names.is_empty() || !drowned.contains(&false);
+        let is_drowned = drowned.contains(&true) && none_counts;
         if options.residual.is_some() || !is_drowned {
             return Ok(worked);
         }

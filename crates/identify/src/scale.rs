@@ -12,8 +12,8 @@ use crate::record::noise_of;
 pub(crate) struct Scales {
     /// Sample period of the log, s.
     pub period: f64,
-    /// Parts into which a sample period is divided before all else, one in fast logs: springs swing between the samples of a
-    /// slow one.
+    /// Parts into which a sample period is divided before all else, one in fast logs: springs swing, and joints turn round,
+    /// between the samples of a slow one.
     pub parts: usize,
     /// Half width of the smoothing kernel h, parts.
     pub smooth: usize,
@@ -55,9 +55,15 @@ impl Scales {
             (5.0 * period, 4.0 * period, 2.0 * period)
         };
         let turn = fastest_turn(robot, period);
-        let is_slow = reaches(SLOWEST_SWING) && !reaches(FASTEST_IN_PARTS);
-        let (parts, smooth) = if is_slow && turn > 0.0 && (turn < MOST_TURN || !reaches(200.0)) {
-            ((period / PART).ceil() as usize, between_samples(runs, period))
+        // Springs swing between the samples of a slow log, and rigid joints turn round there.
+        let (is_slow, part) = if turn > 0.0 {
+            let is_near = turn < MOST_TURN || !reaches(200.0);
+            (reaches(SLOWEST_SWING) && !reaches(FASTEST_IN_PARTS) && is_near, PART)
+        } else {
+            (reaches(80.0) && !reaches(200.0), PART_OF_RIGID)
+        };
+        let (parts, smooth) = if is_slow {
+            ((period / part).ceil() as usize, between_samples(runs, period))
         } else {
             (1, smooth)
         };
@@ -111,6 +117,8 @@ const CLOCK: f64 = 0.99;
 const SLOWEST_SWING: f64 = 15.0;
 const FASTEST_IN_PARTS: f64 = 400.0;
 const PART: f64 = 0.003;
+// The same of rigid robots.
+const PART_OF_RIGID: f64 = 0.005;
 // Where springs turn by more than this, rad, from one sample to the next, and torques may be held as long, their kinks lie
 // between the samples: a log that is fast enough is filtered as held or of moments.
 const MOST_TURN: f64 = 0.7;
@@ -120,8 +128,8 @@ const COARSE: f64 = 0.013;
 const FAST: [f64; 5] = [0.006, 0.008, 0.012, 0.016, 0.024];
 const SLOW: [f64; 4] = [0.030, 0.050, 0.080, 0.110];
 
-// Half widths, sample periods, tried on slow logs of springs: what swings fast turns the links about by its mean square, of
-// which a wide kernel takes away most.
+// Half widths, sample periods, tried on logs in parts: what swings fast turns the links about by its mean square, of which a wide
+// kernel takes away most, and friction turns round within a sample.
 const NARROW: [f64; 2] = [1.2, 2.0];
 const WIDE: [f64; 4] = [3.0, 5.0, 8.0, 11.0];
 
