@@ -104,9 +104,7 @@ fn answered<T>(
     acted: &[Episode],
     without: &impl Fn(&[Episode]) -> Result<Worked<T>, IdentifyError>,
 ) -> Result<Worked<T>, IdentifyError> {
-    let (mut next, is_rest_noise) = (whole.left.episodes.clone(), whole.left.is_rest_noise);
-    let is_gone = whole.left.is_gone;
-    let was_answered = whole.is_answered;
+    let mut next = whole.left.episodes.clone();
     // Beginnings are left out once, and are no episodes.
     let has_begun = acted.iter().any(|e| e.begins);
     next.retain(|e| !(has_begun && e.begins));
@@ -115,11 +113,11 @@ fn answered<T>(
     }
     let acted = [acted, &next].concat();
     let rest = answered(without(&acted)?, &acted, without)?;
-    let says_no_more = was_answered
-        && is_gone
+    let says_no_more = whole.is_answered
+        && whole.left.is_gone
         && !whole.names.is_empty()
         && whole.names.iter().all(|name| rest.names.contains(name));
-    let is_better = !says_no_more && (rest.is_answered || (is_rest_noise && !was_answered));
+    let is_better = !says_no_more && (rest.is_answered || (whole.left.is_rest_noise && !whole.is_answered));
     Ok(if is_better { rest } else { whole })
 }
 

@@ -186,9 +186,14 @@ impl Candidate {
     }
 
     pub fn linearise(&self, problem: &Problem) -> Linearised {
+        self.linearise_told(problem, None)
+    }
+
+    /// The same with logged torques taken so in the residual, where that is known.
+    pub fn linearise_told(&self, problem: &Problem, torques: Option<LoggedTorques>) -> Linearised {
         let positions: Vec<usize> = self.unknowns.iter().map(|u| u.position).collect();
         let (residual, columns) =
-            rayon::join(|| self.residual(problem), || self.columns(problem, &positions));
+            rayon::join(|| self.residual_told(problem, torques), || self.columns(problem, &positions));
         Linearised { residual, columns }
     }
 

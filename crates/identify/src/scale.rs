@@ -45,14 +45,14 @@ impl Scales {
         // The motion is smoothed as little as the encoders allow, since the sign of a smoothed velocity is not the
         // smoothed sign: what is left of the noise is φ's to take away, from measurement and prediction alike.
         let fast = if reaches(200.0) { narrowest(runs, period, &FAST, 2e-4) } else { 0.0 };
-        let (smooth, kernel, every) = if reaches(500.0) {
-            (fast, 0.024, 0.016)
+        let (kernel, every) = if reaches(500.0) {
+            (0.024, 0.016)
         } else if reaches(200.0) {
-            (0.016, 0.050, 0.024)
+            (0.050, 0.024)
         } else if reaches(80.0) {
-            (narrowest(runs, period, &SLOW, 2e-3), 0.100, 0.050)
+            (0.100, 0.050)
         } else {
-            (5.0 * period, 4.0 * period, 2.0 * period)
+            (4.0 * period, 2.0 * period)
         };
         let turn = fastest_turn(robot, period);
         // Springs swing between the samples of a slow log, and rigid joints turn round there.
@@ -62,10 +62,15 @@ impl Scales {
         } else {
             (reaches(80.0) && !reaches(200.0), PART_OF_RIGID)
         };
-        let (parts, smooth) = if is_slow {
-            ((period / part).ceil() as usize, between_samples(runs, period))
+        let parts = if is_slow { (period / part).ceil() as usize } else { 1 };
+        let smooth = if is_slow {
+            between_samples(runs, period)
+        } else if reaches(500.0) {
+            fast
+        } else if reaches(200.0) {
+            0.016
         } else {
-            (1, smooth)
+            5.0 * period
         };
         let smooth = options.smoothing.unwrap_or(smooth);
         let samples = |seconds: f64, step: f64| ((seconds / step).round() as usize).max(1);
@@ -124,9 +129,8 @@ const PART_OF_RIGID: f64 = 0.005;
 const MOST_TURN: f64 = 0.7;
 // Half width of the smoothing, s, that tells a coarse encoder.
 const COARSE: f64 = 0.013;
-// Half widths tried on logs of 500 Hz and more, which tell coarse encoders from 200 Hz on, and on those of 80 to 200 Hz, s.
+// Half widths tried on logs of 500 Hz and more, which tell coarse encoders from 200 Hz on, s.
 const FAST: [f64; 5] = [0.006, 0.008, 0.012, 0.016, 0.024];
-const SLOW: [f64; 4] = [0.030, 0.050, 0.080, 0.110];
 
 // Half widths, sample periods, tried on logs in parts: what swings fast turns the links about by its mean square, of which a wide
 // kernel takes away most, and friction turns round within a sample.

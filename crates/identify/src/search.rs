@@ -235,7 +235,8 @@ impl<'a> Search<'a> {
     pub fn floors_told(&self, state: &State) -> Result<Vec<f64>, IdentifyError> {
         let Some(other) = self.yardstick else { return Ok(state.whitener.floors()) };
         let model = state.fitted.model.again(other.problem)?;
-        Ok(other.noise(&model, &self.told(state), &model.linearise(other.problem).slices()).floors())
+        let at = model.linearise_told(other.problem, state.torques());
+        Ok(other.noise(&model, &at.residual, &at.slices()).floors())
     }
 
     /// The noise about a model, from a saturated regression over everything that is offered to it.

@@ -3,7 +3,6 @@
 use crate::colour::rows_of;
 use crate::diagnosis::ChannelReport;
 use crate::least_squares::{Normal, cross, dot, matrix};
-use crate::problem::Linearised;
 use crate::remainder::{Left, predictable};
 use crate::report::Verdict;
 use crate::search::{Search, State};
@@ -84,7 +83,7 @@ fn unseen_errors(search: &Search, state: &State) -> Vec<f64> {
     let told = if std::ptr::eq(yardstick, search) {
         &state.fitted.at
     } else {
-        own = Linearised { residual: search.told(state), ..state.fitted.model.linearise(yardstick.problem) };
+        own = state.fitted.model.linearise_told(yardstick.problem, state.torques());
         &own
     };
     let mut unseen = told.residual.clone();
