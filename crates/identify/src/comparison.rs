@@ -165,7 +165,10 @@ fn of_moments(early: f64) -> Finding {
 
 /// What is said of torques of moments.
 pub(crate) fn moments_told(early: f64) -> String {
-    format!("those of moments, {:.2} ms before the middle of a row, not held until the next", 1e3 * early)
+    let early = 1e3 * early;
+    format!(
+        "those of moments, {early:.2} ms before the middle of a row, between which the drive changed them"
+    )
 }
 
 /// What the residual of the model as given looks like.

@@ -22,6 +22,7 @@ use crate::search::{Accepted as Entry, Search, State};
 use crate::surrogate::{self, FalseAcceptance, sentence};
 use crate::trial::{How, Trial};
 use crate::verdict::{channels, word};
+use crate::views::findings;
 use crate::{IdentifyError, Options};
 
 /// The three numbers of a channel on which the verdict rests.
@@ -110,7 +111,7 @@ pub struct Diagnosis {
     pub accepted: Vec<Accepted>,
     /// Candidates, best first.
     pub candidates: Vec<CandidateReport>,
-    /// Views of the residual of the model as given.
+    /// What the data and the fit tell besides, then views of the residual: what is left in the end, and of the model as given.
     pub findings: Vec<Finding>,
     /// Candidates that were refused, and why.
     pub refusals: Vec<Refusal>,
@@ -133,15 +134,28 @@ pub fn diagnose(
         let base = search.base(begun.prepared.base_specs(robot, catalogue))?;
         let sudden = sudden(search, &base);
         let floors = search.floors_told(&base)?;
-        let mut findings = findings_as_given(search.yardstick(), base.torques(), &floors)?;
-        findings.splice(0..0, begun.suspicions.iter().cloned());
+        let given = findings_as_given(search.yardstick(), base.torques(), &floors)?;
         let explored = explore(search, base, None)?;
+        let views = views_told(search, given, &explored, &search.floors_told(&explored.state)?);
         let scope = scope(robot, &begun.prepared.sensors, runs);
         let scope = format!("{scope}; {}", residual_told(search, begun));
-        let (mut result, is_answered) = report(search, &explored, begun, findings, scope)?;
+        let (mut result, is_answered) = report(search, &explored, begun, views, scope)?;
         let left = result.left(search, &explored, sudden.filter(|e| e.is_alone || !is_answered));
         Ok(Worked { names: explored.state.names(), result, is_answered, left })
     })
+}
+
+/// Where the model that was found still fails, then where the given one did.
+pub(crate) fn views_told(
+    search: &Search,
+    given: Vec<Finding>,
+    explored: &Explored,
+    floors: &[f64],
+) -> Vec<Finding> {
+    let last = explored.rungs.last();
+    let left = last.map(|rung| findings(search.yardstick(), &rung.residual, floors)).unwrap_or_default();
+    let left = left.into_iter().map(|view| view.said_of("left in the end"));
+    left.chain(given.into_iter().map(|view| view.said_of("as given"))).collect()
 }
 
 /// The diagnosis of a finished search, and whether all is explained.
@@ -149,13 +163,15 @@ pub(crate) fn report(
     search: &Search,
     explored: &Explored,
     begun: &Analysis,
-    findings: Vec<Finding>,
+    views: Vec<Finding>,
     scope: String,
 ) -> Result<(Diagnosis, bool), IdentifyError> {
     let state = &explored.state;
     let reports = parameters(search, state, widening(search, state));
     let own = clocks(search, state, &reports).into_iter().chain(differences(state, &reports));
-    let findings = own.chain(pulls(state, &reports)).chain(findings).collect();
+    let suspicions = begun.suspicions.iter().cloned();
+    let findings = own.chain(pulls(state, &reports)).chain(load_at_tool(search, state));
+    let findings = findings.chain(suspicions).chain(views).collect();
     let channels = channels(search, state);
     let left = left_of_channels(search.problem.form.layout(), &state.fitted.white);
     let mut verdict = word(&channels, &left, state.accepted.len());
@@ -244,6 +260,28 @@ impl Diagnosis {
         }
         is_rest_explained
     }
+}
+
+// A load that may hang at the tool, where the sidecar has it or, by default, at the last link.
+fn load_at_tool(search: &Search, state: &State) -> Option<Finding> {
+    let robot = search.problem.robot;
+    let (model, tool) = (&robot.model, &robot.model.links[robot.tool.0]);
+    let body = |place: &Place| match place {
+        Place::Link(name) => model.links.iter().find(|l| l.name == *name).and_then(|l| l.body),
+        _ => None,
+    };
+    let moment = state.accepted.iter().find(|entry| {
+        let is_moment = entry.trial.card.name == "link_first_moment";
+        is_moment && tool.body.is_some() && body(&entry.trial.place) == tool.body
+    })?;
+    let statement = format!(
+        "a payload counts as a point at the origin of {}: {} is also what one is whose centre of mass is elsewhere; if so, say by \
+         `tool` in the sidecar which link's frame it is in, or state it with mass and first moment",
+        tool.name,
+        moment.trial.label()
+    );
+    let (joint, signal, regime) = (String::new(), String::new(), "tool".to_owned());
+    Some(Finding { joint, signal, regime, statement, share: 0.0 })
 }
 
 // Named effects whose strength depends on the run: perhaps on temperature, load or something else that changed.

@@ -3,7 +3,10 @@
 
 use rayon::prelude::*;
 
+use sinew_effect::Requirement;
+
 use crate::IdentifyError;
+use crate::colour::rows_of;
 use crate::comparison::by_channel;
 use crate::exchange::exchanged;
 use crate::fitting::parameters;
@@ -35,28 +38,50 @@ impl Unseen<'_> {
     /// Accepted effects that do not hold on these runs, each with the reason: those whose own channel gets worse; if
     /// there is none and all channels together get worse, all that are new.
     fn refused(&self, before: &State, after: &State) -> Vec<(Trial, String)> {
-        let of = |state: &State| by_channel(self.search, &self.residual(state), &self.floors);
-        let (old, new) = (of(before), of(after));
+        let (was, is) = (self.residual(before), self.residual(after));
+        let of = |residual: &[f64]| by_channel(self.search, residual, &self.floors);
+        let (old, new) = (of(&was), of(&is));
         let (old_total, new_total) = (rms(old.iter().copied()), rms(new.iter().copied()));
         let added = after.added_since(before);
-        let worse = |c: usize| new[c] > WORSE * old[c];
+        let channels = &self.search.problem.form.layout().channels;
+        let worse = |c: usize| new[c] > WORSE * old[c] && self.is_plainly_worse(&was, &is, &[c]);
         let own = added.iter().filter(|a| worse(a.evidence.channel)).map(|a| {
             let c = a.evidence.channel;
-            let channel = &self.search.problem.form.layout().channels[c];
-            let joint = self.search.problem.robot.model.dof_name(channel.dof);
-            let signal = channel.signal();
+            let joint = self.search.problem.robot.model.dof_name(channels[c].dof);
+            let signal = channels[c].signal();
             (
                 a.trial.clone(),
                 format!("{signal}.{joint} of unseen runs gets worse ({:.2} → {:.2} × floor)", old[c], new[c]),
             )
         });
         let own: Vec<(Trial, String)> = own.collect();
-        if own.is_empty() && new_total > WORSE * old_total {
+        let all: Vec<usize> = (0..channels.len()).collect();
+        if own.is_empty() && new_total > WORSE * old_total && self.is_plainly_worse(&was, &is, &all) {
             let reason = format!("unseen runs get worse ({old_total:.2} → {new_total:.2} × floor)");
             return each_refused(added, &reason);
         }
         own
     }
+
+    // Whether squared errors of these channels grow by more than their changes differ from second to second.
+    //
+    //   d_b = Σ (r_after² − r_before²)/floor² of second b
+    fn is_plainly_worse(&self, before: &[f64], after: &[f64], channels: &[usize]) -> bool {
+        let layout = self.search.problem.form.layout();
+        let mut change = vec![0.0; layout.blocks];
+        for &c in channels {
+            for k in rows_of(layout, c) {
+                change[layout.block[k]] += (after[k].powi(2) - before[k].powi(2)) / self.floors[c].powi(2);
+            }
+        }
+        exceeds_its_error(&change)
+    }
+}
+
+// Whether a sum is larger than what its terms would make of it, were each as likely of the other sign.
+fn exceeds_its_error(terms: &[f64]) -> bool {
+    let (sum, squares) = terms.iter().fold((0.0, 0.0), |(s, q), d| (s + d, q + d * d));
+    sum > squares.sqrt()
 }
 
 /// One step of the ladder.
@@ -76,7 +101,7 @@ pub(crate) struct Explored {
 
 // Steps tried for each step that may be taken.
 const MOST_STEPS: usize = 2;
-// A step that makes the unseen error worse by more than this share is undone.
+// A step that makes the unseen error worse by more than this share, and plainly so, is undone.
 pub(crate) const WORSE: f64 = 1.01;
 // Share of the promised fall of χ² that the likelihood of the log must show, and what chance may take of it.
 const KEPT: f64 = 0.25;
@@ -110,7 +135,13 @@ pub(crate) fn explore(
         }
         let Some(next) = search.accept(&state, round)? else { break };
         let next = without_passengers(search, next, state.accepted.len(), step, unseen)?;
-        let refused = refused_once_settled(search, &state, &next, unseen);
+        let mut next = next;
+        let mut refused = refused_once_settled(search, &state, &next, unseen);
+        if !refused.is_empty()
+            && let Some(both) = with_child(search, &state, &next, step, unseen)?
+        {
+            (next, refused) = (both, Vec::new());
+        }
         if !refused.is_empty() {
             for (trial, reason) in refused {
                 search.refuse(&trial, step, reason);
@@ -135,6 +166,33 @@ pub(crate) fn explore(
         state = pruned(search, state, &mut rungs, unseen)?;
     }
     Ok(Explored { state, rungs, last })
+}
+
+// What is refused alone may hold with what needs it: friction that grows with the load, say, beside the plain friction that is
+// a part of it. The state with both, if all holds.
+fn with_child(
+    search: &mut Search,
+    before: &State,
+    parents: &State,
+    step: usize,
+    unseen: Option<&Unseen>,
+) -> Result<Option<State>, IdentifyError> {
+    if unseen.is_none() || !parents.is_finite() {
+        return Ok(None);
+    }
+    let added = parents.added_since(before);
+    let is_child = |trial: &Trial| {
+        let needs =
+            |name| trial.card.requires.iter().any(|r| matches!(r, Requirement::Parent(p) if *p == name));
+        added.iter().any(|parent| parent.trial.place == trial.place && needs(parent.trial.card.name))
+    };
+    if !parents.trials.iter().any(is_child) {
+        return Ok(None);
+    }
+    let mut round = search.round(parents, step, Vec::new());
+    round.passed.retain(|refit| is_child(&refit.trial));
+    let next = search.accept(parents, round)?;
+    Ok(next.filter(|next| refused_once_settled(search, before, next, unseen).is_empty()))
 }
 
 // What a step added and does not hold once the model has settled, each with the reason.
@@ -406,4 +464,18 @@ pub(crate) fn widening(search: &Search, state: &State) -> f64 {
     let layout = search.problem.form.layout();
     let rows = (0..layout.len).filter(|&k| layout.keep[k]).map(|k| state.fitted.white[k]);
     rms(rows).max(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Changes of either sign are no worsening, the same from second to second are one, one second alone is none.
+    #[test]
+    fn a_worsening_is_one_that_most_seconds_show() {
+        assert!(!exceeds_its_error(&[3.0, -2.0, 2.5, -1.5, 0.5, -1.0]));
+        assert!(exceeds_its_error(&[1.0, 1.1, 0.9, 1.2, 1.0]));
+        assert!(!exceeds_its_error(&[-1.0, 50.0, -2.0, 0.1]));
+        assert!(!exceeds_its_error(&[]));
+    }
 }

@@ -9,7 +9,7 @@ use sinew_model::{EffectSpec, Model, Place, Robot};
 use crate::analysis::{Aim, Worked, analysed, residual_told};
 use crate::base::{is_nuisance, scope};
 use crate::comparison::{Prepared, SignalError, as_given, signals, total};
-use crate::diagnosis::{Diagnosis, report};
+use crate::diagnosis::{Diagnosis, report, views_told};
 use crate::episode::sudden;
 use crate::explore::{Explored, Unseen, explore, rung, widening};
 use crate::heterogeneity::run_to_run;
@@ -18,6 +18,7 @@ use crate::refit::{Base, refit};
 use crate::report::{Finding, Verdict};
 use crate::screen::Screen;
 use crate::search::{Search, State, taken};
+use crate::trial::How;
 use crate::unknowns::FARTHEST;
 use crate::{IdentifyError, Options};
 
@@ -193,8 +194,7 @@ fn work(
         let unseen_search = Search::new(&unseen_problem, &unseen_runs.records, &unseen_runs.sensors);
         let unseen = (!check.is_empty()).then(|| Unseen { search: &unseen_search, floors: floors.clone() });
         let yardstick = search.yardstick();
-        let (mut given, given_residual) = as_given(yardstick, base.torques(), &floors)?;
-        given.findings.splice(0..0, begun.suspicions.iter().cloned());
+        let (given, given_residual) = as_given(yardstick, base.torques(), &floors)?;
         let given_unseen = match &unseen {
             Some(_) => {
                 let model = Candidate::new(yardstick.problem, robot.all_effects())?;
@@ -217,7 +217,8 @@ fn work(
         steps.extend(explored.rungs.iter().map(|r| step(r.added.clone(), &r.residual, r.unseen.as_ref())));
         let scope = scope(robot, &prepared.sensors, runs);
         let scope = format!("{scope}; {}", residual_told(search, begun));
-        let (mut diagnosis, is_answered) = report(search, &explored, begun, given.findings, scope)?;
+        let views = views_told(search, given.findings, &explored, &floors);
+        let (mut diagnosis, is_answered) = report(search, &explored, begun, views, scope)?;
         let left = diagnosis.left(search, &explored, sudden.filter(|e| e.is_alone || !is_answered));
         diagnosis.findings.splice(0..0, steps.last().and_then(StepReport::unseen_finding));
         let names = explored.state.names();
@@ -355,7 +356,9 @@ pub(crate) fn parameters(search: &Search, state: &State, wide: f64) -> Vec<Repor
                 unit = of_slide(&unit);
             }
             let name = format!("{}.{}", active.spec.place, parameter.label());
-            let note = note(u.pull(model.p[u.position]).sqrt(), model.p[u.position], range);
+            let from =
+                if is_new(state, u.id.effect) { "what the catalogue assumes" } else { "what was stated" };
+            let note = note(u.pull(model.p[u.position]).sqrt(), from, model.p[u.position], range);
             let mut report = ParameterReport { name, value, std, between_runs, unit, low, high, start, note };
             if report.note.is_none() && !u.shape {
                 report.note = report.difference_told();
@@ -365,11 +368,11 @@ pub(crate) fn parameters(search: &Search, state: &State, wide: f64) -> Vec<Repor
         .collect()
 }
 
-fn note(pull: f64, value: f64, range: (f64, f64)) -> Option<String> {
+fn note(pull: f64, from: &str, value: f64, range: (f64, f64)) -> Option<String> {
     if value <= range.0 || value >= range.1 {
         Some("at its bound".to_owned())
     } else if pull > 4.0 {
-        Some(format!("{pull:.1} σ from what was stated"))
+        Some(format!("{pull:.1} σ from {from}"))
     } else {
         None
     }
@@ -425,6 +428,11 @@ fn repeats(runs: &[Run], check: &[Run]) -> Vec<String> {
         .collect()
 }
 
+// An effect that the files do not state.
+fn is_new(state: &State, effect: usize) -> bool {
+    state.accepted.iter().any(|a| a.effect == effect && matches!(a.trial.how, How::New { .. }))
+}
+
 // Stated values that the data contradict, the farthest first.
 pub(crate) fn pulls(state: &State, reports: &[Reported]) -> Vec<Finding> {
     let model = &state.fitted.model;
@@ -432,10 +440,17 @@ pub(crate) fn pulls(state: &State, reports: &[Reported]) -> Vec<Finding> {
         let pull = u.pull(model.p[u.position]).sqrt();
         let spec = &model.specs[*effect];
         let at_least = if pull > 0.99 * FARTHEST { "at least " } else { "" };
-        let statement = format!(
-            "{}: fits with {:.4} {}, {at_least}{pull:.1} of its standard deviations from the {:.4} stated",
-            report.name, report.value, report.unit, report.start
-        );
+        let far = format!("{at_least}{pull:.1} of its standard deviations");
+        let (name, value, unit, start) = (&report.name, report.value, &report.unit, report.start);
+        let statement = if is_new(state, *effect) {
+            format!(
+                "{name}: fits with {value:.4} {unit}, {far} from the {start:.4} that the catalogue assumes"
+            )
+        } else if start == 0.0 {
+            format!("{name}: fits {value:+.4} {unit} away from what the files state, {far}")
+        } else {
+            format!("{name}: fits with {value:.4} {unit}, {far} from the {start:.4} stated")
+        };
         let (joint, signal, regime) = (spec.place.to_string(), String::new(), "stated".to_owned());
         (pull, Finding { joint, signal, regime, statement, share: 0.0 })
     });

@@ -114,6 +114,12 @@ impl Evidence {
         self.by_tension() && self.data < self.tension
     }
 
+    /// True if all that speaks for another candidate, of the residual and of the priors, speaks for this one with no more
+    /// parameters.
+    pub fn includes(&self, other: &Self) -> bool {
+        self.data >= other.data && self.tension >= other.tension && self.parameters <= other.parameters
+    }
+
     /// The gate that refuses the candidate, in words; none if it passes.
     pub fn refused(&self, options: &Options, trials: usize) -> Option<String> {
         let chance = self.ln_chance(trials);
@@ -180,3 +186,18 @@ pub(crate) fn mean_square(layout: &Layout, c: usize, rows: &[f64]) -> f64 {
 fn mean_fall(layout: &Layout, c: usize, before: &[f64], after: &[f64]) -> f64 {
     mean_square(layout, c, before) - mean_square(layout, c, after)
 }
+
+/// Whether two candidates change the whitened residual alike: |cos| of their changes is 0.3 and more, which it is not in
+/// different joints.
+pub(crate) fn overlap(before: &[f64], a: &[f64], b: &[f64]) -> bool {
+    let (mut ab, mut aa, mut bb) = (0.0, 0.0, 0.0f64);
+    for k in 0..before.len() {
+        let (x, y) = (before[k] - a[k], before[k] - b[k]);
+        ab += x * y;
+        aa += x * x;
+        bb += y * y;
+    }
+    ab.abs() >= OVERLAP * (aa * bb).sqrt().max(1e-300)
+}
+
+const OVERLAP: f64 = 0.3;

@@ -48,6 +48,11 @@ pub struct Finding {
 }
 
 impl Finding {
+    /// The same, said of one of several models.
+    pub(crate) fn said_of(self, model: &str) -> Self {
+        Self { statement: format!("{model}: {}", self.statement), ..self }
+    }
+
     /// What the data themselves say, before any model.
     pub(crate) fn of_data(joint: String, signal: &str, statement: String) -> Self {
         Self { joint, signal: signal.to_owned(), regime: "data".to_owned(), statement, share: 0.0 }

@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 use rayon::prelude::*;
 
 use sinew_effect::Screening;
-use sinew_model::EffectSpec;
+use sinew_model::{EffectSpec, Place};
 
 use crate::IdentifyError;
 use crate::colour::{Whitener, rows_of};
@@ -14,7 +14,7 @@ use crate::exchange::{Other, others};
 use crate::features::random_features;
 use crate::first_look::FirstLook;
 use crate::freedom::Springs;
-use crate::gates::z_between;
+use crate::gates::{Evidence, overlap, z_between};
 use crate::innovation::Reference;
 use crate::problem::{BENT, Candidate, Equations, Linearised, MANY, Problem, refine};
 use crate::record::{Record, Sensors};
@@ -23,7 +23,9 @@ use crate::report::Refusal;
 use crate::residual::LoggedTorques;
 use crate::screen::{Score, Screen, all_columns};
 use crate::spread::channel_std;
-use crate::starts::{best_starts, impossible_starts, lowest_of_each, promising, short_list, with_lines};
+use crate::starts::{
+    best_starts, impossible_starts, lowest_of_each, next_in_line, promising, short_list, with_lines,
+};
 use crate::swings::{Swing, swings};
 use crate::trial::{How, Offer, Trial};
 use crate::unknowns::Unknown;
@@ -411,6 +413,12 @@ impl<'a> Search<'a> {
         let unrefused = refits.iter().chain(&known).filter(|r| r.refused.is_none());
         let leader = unrefused.map(|r| r.fitted.objective).fold(f64::INFINITY, f64::min);
         refits.extend(refitted(&swings, scores, None, leader));
+        let gate = |refit: &Refit| refit.evidence.refused(self.problem.options, trials.len());
+        let explains = |r: &Refit| r.refused.is_none() && !r.evidence.is_relief() && gate(r).is_none();
+        if !refits.iter().chain(&known).any(explains) {
+            let more = next_in_line(trials, scores, &others, &refits, state.fitted.objective);
+            refits.extend(refitted(&more, scores, None, f64::INFINITY));
+        }
         // A candidate that explains all and leaves nothing bent has no better start; where derivatives are dear, one that
         // explains nearly all is not asked to have a better one.
         let noise = UNEXPLAINED * self.problem.form.layout().counted();
@@ -433,12 +441,21 @@ impl<'a> Search<'a> {
         }
         let refits = lowest_of_each(refits.into_iter().chain(known));
         let (mut passed, mut failed) = (Vec::new(), Vec::new());
+        // What speaks for one that relieves a tension speaks for a rival at its place that explains more besides.
+        let is_relief = |r: &&Refit| r.refused.is_none() && r.evidence.is_relief() && gate(r).is_none();
+        let reliefs: Vec<(Place, Evidence)> =
+            refits.iter().filter(is_relief).map(|r| (r.trial.place.clone(), r.evidence.clone())).collect();
+        let includes_one = |refit: &Refit| {
+            reliefs
+                .iter()
+                .any(|(place, relief)| refit.trial.place == *place && refit.evidence.includes(relief))
+        };
         for mut refit in refits {
             if refit.refused.is_none() {
                 refit.refused = self.cuts(&refit);
             }
-            if refit.refused.is_none() {
-                refit.refused = refit.evidence.refused(self.problem.options, trials.len());
+            if refit.refused.is_none() && !includes_one(&refit) {
+                refit.refused = gate(&refit);
             }
             match &refit.refused {
                 None => passed.push(refit),
@@ -516,7 +533,7 @@ impl<'a> Search<'a> {
             let Some(other) = other else { continue };
             let apart = |o: &Refit| {
                 o.trial.place != other.trial.place
-                    && overlap(&state.fitted.white, &o.fitted.white, &other.fitted.white) < OVERLAP
+                    && !overlap(&state.fitted.white, &o.fitted.white, &other.fitted.white)
             };
             let new = matches!(other.trial.how, How::New { .. });
             if new && apart(&first) && companions.iter().all(|(o, _)| apart(o)) {
@@ -540,21 +557,6 @@ impl<'a> Search<'a> {
 fn keep<T>(entries: &mut Vec<T>, allowed: &[bool]) {
     let mut allowed = allowed.iter();
     entries.retain(|_| allowed.next().is_some_and(|a| *a));
-}
-
-// Two changes of the residual overlap by less than this cosine if they concern different joints.
-const OVERLAP: f64 = 0.3;
-
-// |cos| of the changes that two candidates make to the whitened residual.
-fn overlap(before: &[f64], a: &[f64], b: &[f64]) -> f64 {
-    let (mut ab, mut aa, mut bb) = (0.0, 0.0, 0.0f64);
-    for k in 0..before.len() {
-        let (x, y) = (before[k] - a[k], before[k] - b[k]);
-        ab += x * y;
-        aa += x * x;
-        bb += y * y;
-    }
-    ab.abs() / (aa * bb).sqrt().max(1e-300)
 }
 
 pub(crate) fn taken(refit: &Refit, rivals: Vec<(Trial, f64)>) -> Accepted {

@@ -51,6 +51,28 @@ pub(crate) fn short_list(trials: &[Trial], scores: &[Option<Score>], joints: usi
     list
 }
 
+/// What is refitted where nothing of a list explains anything: the next best, one for each `refit` that takes away next to nothing of what its screen
+/// promised of this `objective`; none that is dear. Where friction is sharp and rows are far apart, times and stops
+/// promise most, all of it in a few rows.
+pub(crate) fn next_in_line(
+    trials: &[Trial],
+    scores: &[Option<Score>],
+    list: &[usize],
+    refits: &[Refit],
+    objective: f64,
+) -> Vec<usize> {
+    let drop = |k: usize| scores[k].as_ref().map_or(0.0, |s| s.drop);
+    let is_hollow = |r: &&Refit| {
+        let own = list.iter().filter(|k| trials[**k].label() == r.trial.label());
+        let promised = own.map(|&k| drop(k)).fold(0.0, f64::max);
+        objective - r.fitted.objective < HOLLOW * promised
+    };
+    let is_heard = |k: &usize| list.iter().any(|&l| trials[l].label() == trials[*k].label());
+    let rest = best_starts(trials, scores).into_iter().filter(|k| !is_heard(k));
+    let cheap = rest.filter(|&k| !trials[k].switches_springs());
+    cheap.take(refits.iter().filter(is_hollow).count()).collect()
+}
+
 /// These trials, and of each effect among them that swings its best start at every line of the residual's spectrum: a
 /// swing that is nearly in time is found from there, whatever its screen says.
 pub(crate) fn with_lines(mut list: Vec<usize>, trials: &[Trial], scores: &[Option<Score>]) -> Vec<usize> {
@@ -107,6 +129,8 @@ const WORTH_A_WORD: f64 = 30.0;
 // Most candidates refitted in a round, and fewest and most for one place.
 const SHORT_LIST: usize = 8;
 const SHORT_LIST_PLACE: (usize, usize) = (3, 5);
+// Share of its promise that a candidate must keep for its place in the list to count.
+const HOLLOW: f64 = 0.1;
 // Releases refitted besides.
 const RELEASES: usize = 2;
 // Share of the best promise that a candidate's must have to be refitted; more for new springs, which cost most.

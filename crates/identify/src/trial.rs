@@ -102,7 +102,8 @@ impl Trial {
         screened.iter().zip(strengths).find_map(|(&k, &a)| {
             let parameter = &self.card.parameters[k];
             let (low, high) = parameter.range;
-            (a < low || a > high).then(|| format!("{} would be {a:.3} {}", parameter.key, parameter.unit))
+            let what = format!("the residual asks for {} {a:.3} {}", parameter.key, parameter.unit);
+            (a < low || a > high).then(|| format!("{what}, which cannot be"))
         })
     }
 }
