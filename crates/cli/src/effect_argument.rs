@@ -8,6 +8,7 @@ use sinew_plant::{Plant, PlantError};
 use sinew_rigid::mass_matrix;
 
 use crate::error::{CliError, did_you_mean};
+use crate::inputs::RUNS;
 
 /// The catalogue's line of an effect.
 pub(crate) fn entry(name: &str) -> Result<&'static Entry, CliError> {
@@ -20,6 +21,14 @@ pub(crate) fn entry(name: &str) -> Result<&'static Entry, CliError> {
             did_you_mean(name, &known).unwrap_or_else(|| "`sinew effects` lists all of them".to_owned());
         CliError::usage(name, "no effect of the catalogue", help)
     })
+}
+
+/// A word of `--add`, which takes all that follow it: no run.
+pub(crate) fn effect_word(word: &str) -> Result<String, String> {
+    match RUNS.iter().any(|end| word.ends_with(end)) {
+        true => Err("is a run, and EFFECT@PLACE is wanted here: write the runs before --add".to_owned()),
+        false => Ok(word.to_owned()),
+    }
 }
 
 /// Why there is no page of an episode and nothing to add.

@@ -7,7 +7,7 @@ use sinew_identify::{ParameterReport, StepReport, fit};
 use sinew_report::{number, quantity, with_std};
 
 use crate::console::Console;
-use crate::effect_argument::new_effects;
+use crate::effect_argument::{effect_word, new_effects};
 use crate::error::CliError;
 use crate::inputs::Inputs;
 use crate::output_file::{OutputFile, write};
@@ -19,7 +19,7 @@ pub(crate) struct Fit {
     #[command(flatten)]
     inputs: Inputs,
     /// Add these effects first: EFFECT@PLACE
-    #[arg(long, value_name = "EFFECT@PLACE", num_args = 1..)]
+    #[arg(long, value_name = "EFFECT@PLACE", num_args = 1.., value_parser = effect_word)]
     add: Vec<String>,
     /// Runs that nothing is fitted to
     #[arg(long, value_name = "RUN", num_args = 1..)]

@@ -116,7 +116,23 @@ impl Columns {
         }
         let map = self.columns.as_deref().map(ColumnMap::read).transpose()?;
         let read = |spec: &RunSpec| self.on_its_clock(spec.read(map.as_ref())?);
-        Ok(runs.iter().map(read).collect())
+        // Files of one name are told apart by their folders.
+        let of_same_name = |spec: &RunSpec| {
+            let others = runs.iter().filter(|other| other.path != spec.path);
+            others.into_iter().any(|other| other.path.file_name() == spec.path.file_name())
+        };
+        let folder = |spec: &RunSpec| {
+            let folder = spec.path.parent()?.file_name()?;
+            of_same_name(spec).then(|| folder.to_string_lossy().into_owned())
+        };
+        let named = |spec: &RunSpec| {
+            let run = read(spec)?;
+            Ok(match folder(spec) {
+                Some(folder) => run.in_folder(&folder),
+                None => run,
+            })
+        };
+        Ok(runs.iter().map(named).collect())
     }
 
     fn on_its_clock(&self, run: Run) -> Result<Run, CliError> {

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde_json::json;
-use sinew_data::{Quantity, Run, RunSpec};
+use sinew_data::{Quantity, Run, RunSpec, nearest};
+use sinew_model::Model;
 use sinew_simulate::{Drive, Noise, Options, Start, Torques, simulate};
 
 use crate::console::Console;
@@ -62,11 +63,19 @@ impl Simulate {
         };
         let mut drive: Box<dyn Drive + '_> = if self.controller {
             self.check_bandwidth()?;
-            require(&input, Quantity::JointPosition, "give joint_position.J, the positions to follow")?;
+            require(
+                console,
+                &input,
+                model,
+                Quantity::JointPosition,
+                "give joint_position.J, the positions to follow",
+            )?;
             Box::new(Tracking::new(&file.robot, &input, &start, self.bandwidth))
         } else {
             require(
+                console,
                 &input,
+                model,
                 Quantity::MotorTorque,
                 "give motor_torque.J, or joint_position.J and --controller",
             )?;
@@ -113,14 +122,32 @@ impl Simulate {
     }
 }
 
-fn require(input: &Run, quantity: Quantity, help: &str) -> Result<(), CliError> {
-    if input.signals.iter().any(|s| s.quantity == quantity) {
-        return Ok(());
+// What drives the robot, with a word on columns of joints that it has not; an error if there is nothing else.
+fn require(
+    console: &Console,
+    input: &Run,
+    model: &Model,
+    quantity: Quantity,
+    help: &str,
+) -> Result<(), CliError> {
+    let places = || input.signals.iter().filter(|s| s.quantity == quantity).map(|s| s.place.as_str());
+    if places().next().is_none() {
+        return Err(CliError::usage(&input.name, format!("has no {quantity}"), help));
     }
-    Err(CliError::usage(&input.name, format!("has no {quantity}"), help))
+    let Some(stranger) = places().find(|place| model.dof(place).is_none()) else { return Ok(()) };
+    let joints: Vec<&str> = (0..model.nv).map(|dof| model.dof_name(dof)).collect();
+    let meant =
+        nearest(stranger, &joints).map_or(String::new(), |meant| format!("did you mean \"{meant}\"? "));
+    let help = format!("{meant}its joints: {}", joints.join(", "));
+    let what = format!("{quantity}.{stranger}: robot \"{}\" has no such joint", model.name);
+    if places().all(|place| model.dof(place).is_none()) {
+        return Err(CliError::usage(&input.name, what, help));
+    }
+    console.say(&format!("note: {}: {what}: ignored\n  help: {help}", input.name));
+    Ok(())
 }
 
-fn first_positions(input: &Run, model: &sinew_model::Model) -> Vec<f64> {
+fn first_positions(input: &Run, model: &Model) -> Vec<f64> {
     let first = |dof| input.signal(Quantity::JointPosition, model.dof_name(dof)).map_or(0.0, |s| s.values[0]);
     (0..model.nv).map(first).collect()
 }

@@ -92,6 +92,9 @@ impl ColumnMap {
             let column = column(&file, &settings)?;
             if settings.key == "time" {
                 map.time = Some(column);
+            } else if let Some((other, _)) = map.signals.iter().find(|(_, other)| **other == column) {
+                let what = format!("\"{}\" is made of the same column as \"{other}\", alike", settings.key);
+                return Err(file.error(settings.at, what, "give each its own column"));
             } else {
                 map.signals.insert(signal_name(&file, &settings)?, column);
             }

@@ -36,6 +36,10 @@ impl Layout {
     /// If there is no time, no signal, or a column of the map is not there or there twice.
     pub fn new(headers: &Headers, columns: Option<&ColumnMap>) -> Result<Layout, DataError> {
         let names = || headers.names.iter().copied();
+        let is_mapped = columns.is_some_and(|map| map.time.is_some());
+        if !is_mapped && names().filter(|h| *h == "time").count() > 1 {
+            return Err(headers.twice("time"));
+        }
         let mut time = names().position(|h| h == "time").map(Field::plain);
         let mut signals = Vec::new();
         if let Some(map) = columns {

@@ -103,6 +103,15 @@ impl Run {
         Ok(run)
     }
 
+    /// The same run, with a folder before its name and that of its file, for files of one name in several folders.
+    pub fn in_folder(mut self, folder: &str) -> Run {
+        self.name = format!("{folder}/{}", self.name);
+        if let Some(origin) = &mut self.origin {
+            origin.file = format!("{folder}/{}", origin.file);
+        }
+        self
+    }
+
     /// The signal of a quantity at a place, if it was measured.
     pub fn signal(&self, quantity: Quantity, place: &str) -> Option<&Signal> {
         self.signals.iter().find(|s| s.quantity == quantity && s.place == place)
@@ -164,7 +173,7 @@ impl Run {
     }
 
     /// The stretches between gaps, each as a window of this run with a note that says so; pieces of less than 1.9 s are
-    /// left out. The run itself where it has no gap, or no such piece.
+    /// left out, but for the longest where all are shorter. The run itself where it has no gap.
     ///
     /// # Example
     /// ```
@@ -186,7 +195,10 @@ impl Run {
         let ends = gaps.iter().map(|&k| (since(self.time[k - 1] + period) - 1e-6).ceil() / 1e3);
         let windows = std::iter::once(0.0).chain(begins).zip(ends.chain([f64::INFINITY]));
         let pieces = windows.filter_map(|(from, to)| self.window(from, to).ok());
-        let mut pieces: Vec<Run> = pieces.filter(|piece| piece.duration() >= SHORTEST_PIECE).collect();
+        let pieces: Vec<Run> = pieces.collect();
+        let longest = pieces.iter().map(Run::duration).fold(0.0, f64::max);
+        let least = SHORTEST_PIECE.min(longest);
+        let mut pieces: Vec<Run> = pieces.into_iter().filter(|piece| piece.duration() >= least).collect();
         let names: Vec<&str> = pieces.iter().map(|piece| piece.name.as_str()).collect();
         let rest = if names.len() == gaps.len() + 1 { "" } else { "; what is shorter than that is left out" };
         let long = self.time[first] - self.time[first - 1];
@@ -222,11 +234,10 @@ impl Run {
                 duration: self.duration(),
             });
         }
-        let number = |x: f64| if x.is_finite() { x.to_string() } else { String::new() };
         let signals =
             self.signals.iter().map(|s| Signal { values: s.values[first..end].to_vec(), ..s.clone() });
         Ok(Run {
-            name: format!("{}@{}..{}", self.name, number(from), number(to)),
+            name: window_name(&self.name, from, to),
             time: self.time[first..end].to_vec(),
             signals: signals.collect(),
             notes: self.notes.clone(),
@@ -367,6 +378,18 @@ impl Run {
     }
 }
 
+// FILE@FROM..TO; of a window of a window the times of the file: "log@2..9" from 1 on is "log@3..9".
+fn window_name(name: &str, from: f64, to: f64) -> String {
+    let number = |x: f64| if x.is_finite() { ((x * 1e6).round() / 1e6).to_string() } else { String::new() };
+    let inner = name.rsplit_once('@').and_then(|(file, window)| {
+        let (first, last) = window.split_once("..")?;
+        let last = if last.is_empty() { f64::INFINITY } else { last.parse::<f64>().ok()? };
+        Some((file, if first.is_empty() { 0.0 } else { first.parse::<f64>().ok()? }, last))
+    });
+    let (file, first, last) = inner.unwrap_or((name, 0.0, f64::INFINITY));
+    format!("{file}@{}..{}", number(first + from), number((first + to).min(last)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -408,5 +431,13 @@ mod tests {
                 .starts_with("r, sample 2: column \"joint_position.elbow\" is not finite (got NaN)")
         );
         assert!(message(&[0.0, 1.0], &[0.0, -1e300]).contains("no sensor reads that much (got -1e300"));
+    }
+
+    #[test]
+    fn a_window_of_a_window_has_the_times_of_the_file() {
+        assert_eq!(window_name("log", 2.0, 9.0), "log@2..9");
+        assert_eq!(window_name("log@2..9", 1.0, f64::INFINITY), "log@3..9");
+        assert_eq!(window_name("log@2..", 0.0, 1.5), "log@2..3.5");
+        assert_eq!(window_name("a@b", 1.0, f64::INFINITY), "a@b@1..");
     }
 }

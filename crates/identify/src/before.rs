@@ -35,6 +35,24 @@ pub(crate) fn begun(
     Ok((robot, prepared, findings))
 }
 
+/// What is suspicious about runs that nothing is fitted to.
+///
+/// # Errors
+/// If one of them fails a check.
+pub(crate) fn of_unseen(
+    robot: &Robot,
+    catalogue: &Catalogue,
+    runs: &[Run],
+    options: &Options,
+) -> Result<Vec<Finding>, IdentifyError> {
+    let robot = as_measured(robot, catalogue, runs).0;
+    // What cannot be compared at all is told where it is compared.
+    match Prepared::new(&robot, runs, options) {
+        Ok(prepared) => checked(&robot, catalogue, runs, &prepared, options),
+        Err(_) => Ok(Vec::new()),
+    }
+}
+
 /// Says why these runs cannot be compared at all: nothing to compare, too short, nothing moves.
 ///
 /// # Errors

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use sinew_data::{Smoother, autocovariance};
 use sinew_plant::Plant;
 
-use crate::least_squares::{Ridge, cross, matrix};
+use crate::least_squares::{Ridge, column, cross, matrix};
 use crate::record::{Record, is_within};
 use crate::residual::{Layout, ResidualForm};
 
@@ -194,8 +194,8 @@ fn saturated(layout: &Layout, c: usize, residual: &[f64], columns: &[&[f64]]) ->
     if x.is_empty() || rows.len() < 10 {
         return y;
     }
-    let x = matrix(&x);
-    let right = cross(&x, &matrix(std::slice::from_ref(&y)));
+    let x = matrix(y.len(), &x);
+    let right = cross(&x, &column(&y));
     let right: Vec<f64> = (0..x.ncols()).map(|i| right[(i, 0)]).collect();
     let Some(ridge) = Ridge::new(cross(&x, &x), right) else { return y };
     let n = rows.len() as f64;

@@ -221,6 +221,8 @@ fn refuse_bending(robot: &Robot) -> Result<(), IdentifyError> {
 // Rows of the richest channel from which anything can be said, and the range of a position, in units of its noise, that is a
 // motion.
 const FEWEST_ROWS: usize = 60;
+// Times what is needed at the least from which a log is not too short.
+const LONG: f64 = 3.0;
 const REST: f64 = 20.0;
 
 fn range(x: &[f64]) -> f64 {
@@ -243,7 +245,7 @@ impl Prepared {
         let sensors = Sensors::of(robot, runs)?;
         let scales = Scales::of(robot, runs, options);
         let mut prepared = Self::with(robot, runs, sensors, scales)?;
-        prepared.hold_enough(robot)?;
+        prepared.hold_enough(robot, runs)?;
         prepared.repeats = find_repeats(runs);
         for repeat in &prepared.repeats {
             let [first, second] = [repeat.first, repeat.second].map(|r| runs[r].time[0]);
@@ -258,7 +260,7 @@ impl Prepared {
     }
 
     // A comparison of a few rows, or of a robot at rest, finds nothing, and says so as if nothing were missing.
-    fn hold_enough(&self, robot: &Robot) -> Result<(), IdentifyError> {
+    fn hold_enough(&self, robot: &Robot, runs: &[Run]) -> Result<(), IdentifyError> {
         let form = self.form(robot);
         let layout = form.layout();
         let rows = |c: usize| layout.of_channel(c).flat_map(|s| s.first..s.first + s.len);
@@ -268,8 +270,16 @@ impl Prepared {
         let [least, have] = [FEWEST_ROWS, most].map(|rows| rows as f64 * row);
         let moves =
             |r: &Record| r.theta.iter().zip(&r.position_noise).any(|(x, noise)| range(x) > REST * noise);
+        let all: f64 = runs.iter().map(Run::duration).sum();
         let (what, help) = if !self.records.iter().any(moves) {
             ("nothing moves in it".to_owned(), "record a motion, or check which columns the map names")
+        } else if most < FEWEST_ROWS && all > LONG * (least + TRANSIENT) {
+            (
+                format!(
+                    "{have:.1} s of {all:.1} s can be compared (needed: {least:.1} s): its positions step so coarsely, or stand still so often, that they must be smoothed over most of it"
+                ),
+                "log positions as finely as they are measured, and each reading once",
+            )
         } else if most < FEWEST_ROWS {
             (
                 format!(

@@ -8,6 +8,7 @@ use sinew_model::{EffectSpec, Model, Place, Robot};
 
 use crate::analysis::{Aim, Worked, analysed, residual_told};
 use crate::base::{is_nuisance, scope};
+use crate::before::of_unseen;
 use crate::comparison::{Prepared, SignalError, as_given, signals, total};
 use crate::diagnosis::{Diagnosis, report, views_told};
 use crate::episode::sudden;
@@ -181,6 +182,7 @@ fn work(
     aim: Aim,
     climb: impl Fn(&mut Search, State, Option<&Unseen>) -> Result<Explored, IdentifyError>,
 ) -> Result<Fit, IdentifyError> {
+    let suspicions = if check.is_empty() { Vec::new() } else { of_unseen(robot, catalogue, check, options)? };
     analysed(robot, catalogue, runs, options, aim, |search, begun| {
         let robot = begun.robot;
         let prepared = begun.prepared;
@@ -220,7 +222,8 @@ fn work(
         let views = views_told(search, given.findings, &explored, &floors);
         let (mut diagnosis, is_answered) = report(search, &explored, begun, views, scope)?;
         let left = diagnosis.left(search, &explored, sudden.filter(|e| e.is_alone || !is_answered));
-        diagnosis.findings.splice(0..0, steps.last().and_then(StepReport::unseen_finding));
+        let unseen = steps.last().and_then(StepReport::unseen_finding);
+        diagnosis.findings.splice(0..0, unseen.into_iter().chain(suspicions.iter().cloned()));
         let names = explored.state.names();
         let result = finished(search, explored, diagnosis, steps, runs, check);
         Ok(Worked { result, names, is_answered, left })
@@ -440,16 +443,17 @@ pub(crate) fn pulls(state: &State, reports: &[Reported]) -> Vec<Finding> {
         let pull = u.pull(model.p[u.position]).sqrt();
         let spec = &model.specs[*effect];
         let at_least = if pull > 0.99 * FARTHEST { "at least " } else { "" };
+        let stops = if at_least.is_empty() { "" } else { ", where a fit stops: state how well it is known" };
         let far = format!("{at_least}{pull:.1} of its standard deviations");
         let (name, value, unit, start) = (&report.name, report.value, &report.unit, report.start);
         let statement = if is_new(state, *effect) {
             format!(
-                "{name}: fits with {value:.4} {unit}, {far} from the {start:.4} that the catalogue assumes"
+                "{name}: fits with {value:.4} {unit}, {far} from the {start:.4} that the catalogue assumes{stops}"
             )
         } else if start == 0.0 {
-            format!("{name}: fits {value:+.4} {unit} away from what the files state, {far}")
+            format!("{name}: fits {value:+.4} {unit} away from what the files state, {far}{stops}")
         } else {
-            format!("{name}: fits with {value:.4} {unit}, {far} from the {start:.4} stated")
+            format!("{name}: fits with {value:.4} {unit}, {far} from the {start:.4} stated{stops}")
         };
         let (joint, signal, regime) = (spec.place.to_string(), String::new(), "stated".to_owned());
         (pull, Finding { joint, signal, regime, statement, share: 0.0 })

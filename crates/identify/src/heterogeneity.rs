@@ -30,7 +30,7 @@ pub(crate) fn run_to_run(
     if runs < 2 || count == 0 {
         return vec![0.0; count];
     }
-    let j = matrix(columns);
+    let j = matrix(layout.len, columns);
     let inverse = normal.solve_many(&Mat::<f64>::identity(count, count));
     let z = &j * &inverse;
     let of = |i: usize| {

@@ -47,10 +47,14 @@ impl Normal {
     }
 }
 
-/// Columns side by side as a matrix.
-pub(crate) fn matrix(columns: &[Vec<f64>]) -> Mat<f64> {
-    let rows = columns.first().map_or(0, Vec::len);
+/// Columns of so many rows side by side as a matrix; there may be none.
+pub(crate) fn matrix(rows: usize, columns: &[Vec<f64>]) -> Mat<f64> {
     Mat::from_fn(rows, columns.len(), |i, j| columns[j][i])
+}
+
+/// One column as a matrix.
+pub(crate) fn column(x: &[f64]) -> Mat<f64> {
+    Mat::from_fn(x.len(), 1, |i, _| x[i])
 }
 
 /// Xᵀ Y, products of columns.
@@ -100,7 +104,7 @@ impl Ridge {
     pub fn coefficients(mut self, ridge: f64) -> Option<Vec<f64>> {
         let n = self.right.len();
         (0..n).for_each(|i| self.gram[(i, i)] += ridge);
-        let right = matrix(std::slice::from_ref(&self.right));
+        let right = column(&self.right);
         let b = self.gram.llt(Side::Lower).ok()?.solve(&right);
         Some((0..n).map(|i| b[(i, 0)]).collect())
     }

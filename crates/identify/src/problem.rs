@@ -275,7 +275,7 @@ impl Equations {
     }
 
     pub fn of(columns: Vec<Vec<f64>>, residual: Vec<f64>, model: &Candidate, damping: f64) -> Option<Self> {
-        let jacobian = matrix(&columns);
+        let jacobian = matrix(residual.len(), &columns);
         let mut a = cross(&jacobian, &jacobian);
         let mut g: Vec<f64> = columns.iter().map(|c| dot(c, &residual)).collect();
         for (k, unknown) in model.unknowns.iter().enumerate() {

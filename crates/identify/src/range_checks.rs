@@ -16,11 +16,15 @@ const FAR: f64 = 3.0;
 const FASTER: f64 = 1.5;
 // Seconds over which a speed is taken: encoder steps are no speed.
 const OVER: f64 = 0.05;
+// Share of a turn by which a jump of a turn may miss it.
+const ALMOST: f64 = 0.03;
+// Torque by the URDF's limit of effort that is told.
+const STRONGER: f64 = 1.5;
 // Deflection, rad, beyond which a joint is hardly one with an elastic gear.
 const SOFT: f64 = 1.0;
 
 /// What is suspicious about the positions of a run: more than 1 % of them outside of the limits that the URDF states, or
-/// half as fast again as its limit of velocity; of a spring that the logged torques would bend by more than a radian; of a
+/// half as fast again as its limit of velocity; of torques that are half as large again as its limit of effort, in up to 1 % of a run; of a spring that the logged torques would bend by more than a radian; of a
 /// motor current without a torque constant. A motion much wider than these limits, where degrees would explain it, is an error.
 ///
 /// Joints without limits are not looked at; the help says so where degrees would explain it.
@@ -30,13 +34,41 @@ pub fn range_checks(robot: &Robot, runs: &[Run]) -> Vec<Note> {
     let positions = [Quantity::MotorPosition, Quantity::JointPosition];
     let of_run = |run: &Run| -> Vec<Note> {
         joints()
-            .flat_map(|j| positions.map(|q| outside(run, j, q).or_else(|| too_fast(run, j, q))))
+            .flat_map(|j| {
+                let moves = positions.map(|q| outside(run, j, q).or_else(|| too_fast(run, j, q)));
+                moves.into_iter().chain([too_strong(run, j)])
+            })
             .flatten()
             .collect()
     };
     let soft = runs.iter().flat_map(|run| (0..model.nv).filter_map(|dof| too_soft(robot, run, dof)));
     let idle = runs.iter().flat_map(|run| (0..model.nv).filter_map(|dof| idle_current(robot, run, dof)));
     runs.iter().flat_map(of_run).chain(soft).chain(idle).collect()
+}
+
+// Torques that the URDF's drive does not have: another unit, or readings that are none. Many a URDF states a limit that is none, so
+// that a log that is mostly above it is not told.
+fn too_strong(run: &Run, joint: &Joint) -> Option<Note> {
+    let limit = joint.limits.effort;
+    let values = &run.signal(Quantity::MotorTorque, &joint.name)?.values;
+    let beyond: Vec<usize> = (0..values.len()).filter(|&k| values[k].abs() > STRONGER * limit).collect();
+    let is_some = limit.is_finite() && limit > 0.0 && !beyond.is_empty();
+    let largest = beyond.iter().copied().max_by(|&a, &b| values[a].abs().total_cmp(&values[b].abs()))?;
+    let statement = format!(
+        "motor_torque.{}: {} of {} samples are beyond {STRONGER} times the URDF's limit of effort ({limit}), here {:.4}",
+        joint.name,
+        beyond.len(),
+        values.len(),
+        values[largest]
+    );
+    let help = "compare the unit of the column with the log's, leave out readings that are none, or correct the URDF's limit".to_owned();
+    let is_few = (beyond.len() as f64) < MOST_OUTSIDE * values.len() as f64;
+    (is_some && is_few).then(|| Note {
+        severity: Severity::Warning,
+        place: run.place_of(largest),
+        statement,
+        help,
+    })
 }
 
 // A motor current of which nobody says what torque it is.
@@ -130,10 +162,17 @@ fn outside(run: &Run, joint: &Joint, quantity: Quantity) -> Option<Note> {
     let in_degrees = turns && is_far && share(degrees) <= MOST_OUTSIDE;
     let turn = TAU * (0.5 * (least + most - lower - upper) / TAU).round();
     let is_turned = turns && turn != 0.0 && values.iter().all(|x| inside.contains(&(x - turn)));
+    let wraps = turns && values.windows(2).any(|x| ((x[1] - x[0]).abs() - TAU).abs() < ALMOST * TAU);
     // A zero elsewhere makes no motion wider than the limits.
-    let severity =
-        if in_degrees && most - least > WIDER * width { Severity::Error } else { Severity::Warning };
-    let help = if is_turned {
+    let severity = if in_degrees && !wraps && most - least > WIDER * width {
+        Severity::Error
+    } else {
+        Severity::Warning
+    };
+    let help = if wraps {
+        "it jumps by a whole turn from one sample to the next: take the turns off after the jump (unwrap it)"
+            .to_owned()
+    } else if is_turned {
         format!(
             "{turn:.4} rad, whole turns, away all would be inside: take them off by the column's offset in the map"
         )

@@ -123,9 +123,9 @@ fn orthogonal(
     let others: Vec<Vec<f64>> =
         (0..white.len()).filter(|k| !own.contains(k)).map(|k| white[k].clone()).collect();
     let z: Vec<Vec<f64>> = strengths.iter().map(|&k| white[k].clone()).collect();
-    let mut orthogonal = matrix(&z);
+    let mut orthogonal = matrix(layout.len, &z);
     if !others.is_empty() {
-        let j = matrix(&others);
+        let j = matrix(layout.len, &others);
         let mut a = cross(&j, &j);
         let kept: Vec<usize> = (0..white.len()).filter(|k| !own.contains(k)).collect();
         for (i, &k) in kept.iter().enumerate() {

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::colour::rows_of;
 use crate::features::random_features;
 use crate::gates::mean_square;
-use crate::least_squares::{Normal, cross, dot, matrix};
+use crate::least_squares::{Normal, column, cross, dot};
 use crate::record::Record;
 use crate::residual::Layout;
 
@@ -118,7 +118,7 @@ impl Fold {
         let feature = |i: usize, j: usize| features.get(j).map_or(1.0, |(f, length)| f[kept[i]] / length);
         let x = Mat::from_fn(kept.len(), features.len() + 1, feature);
         let y: Vec<f64> = kept.iter().map(|&k| rows[k]).collect();
-        let (gram, right) = (cross(&x, &x), cross(&x, &matrix(std::slice::from_ref(&y))));
+        let (gram, right) = (cross(&x, &x), cross(&x, &column(&y)));
         Self { x, y, gram, right }
     }
 }

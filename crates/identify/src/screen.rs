@@ -8,7 +8,7 @@ use sinew_model::Setting;
 use sinew_plant::Plant;
 
 use crate::freedom::Springs;
-use crate::least_squares::{Normal, cross, dot, matrix};
+use crate::least_squares::{Normal, column, cross, dot, matrix};
 use crate::problem::{Candidate, Equations, Problem};
 use crate::residual::Grid;
 use crate::trial::{How, Trial};
@@ -214,7 +214,13 @@ impl<'a> Screen<'a> {
                 *x -= c * d;
             }
         }
-        Self { problem, model, base, jacobian: matrix(&base.columns), minimum: matrix(&[minimum]) }
+        Self {
+            problem,
+            model,
+            base,
+            jacobian: matrix(minimum.len(), &base.columns),
+            minimum: column(&minimum),
+        }
     }
 
     /// Score of a trial whose whitened columns are given. Shares of the signal are left to the refit.
@@ -273,7 +279,7 @@ impl<'a> Screen<'a> {
         if own.iter().all(|n| *n <= 1e-12 || !n.is_finite()) {
             return None;
         }
-        let z = matrix(white);
+        let z = matrix(self.minimum.nrows(), white);
         let j = &self.jacobian;
         let share = self.base.normal.solve_many(&cross(j, &z));
         let orthogonal: Mat<f64> = &z - j * &share;

@@ -119,7 +119,7 @@ impl<'a> Trials<'a> {
         let kept = model.keep_excited(&whitener.apply_all(layout, &at.columns), problem.robot.trust);
         at.columns = kept.into_iter().map(|k| at.columns[k].clone()).collect();
         let part_of = parts(layout, prepared.records.len());
-        let white = matrix(&whitener.apply_all(layout, &at.columns));
+        let white = matrix(layout.len, &whitener.apply_all(layout, &at.columns));
         let right = whitener.apply(layout, &at.residual);
         let of = |part: usize| {
             let rows: Vec<usize> = (0..layout.len).filter(|&k| part_of[k] == part).collect();

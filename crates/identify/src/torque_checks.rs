@@ -58,7 +58,11 @@ pub(crate) fn torque_notes(
         .flat_map(|sensor| of_sensor(robot, of(sensor).collect()))
         .chain(of(Sensor::JointPosition).filter_map(|deflection| exchanged(robot, deflection)))
         .collect();
-    if notes.iter().all(|note| note.severity != Severity::Error) {
+    let none_is_wrong = |notes: &[Note]| notes.iter().all(|note| note.severity != Severity::Error);
+    if none_is_wrong(&notes) && runs.len() > 1 {
+        notes.extend(runs.iter().flat_map(|run| of_run(robot, catalogue, run, prepared, options)));
+    }
+    if none_is_wrong(&notes) {
         notes.extend(arrangement_notes(robot, runs, |run| {
             let (runs, sensors) = (std::slice::from_ref(run), prepared.sensors.clone());
             let prepared = Prepared::with(robot, runs, sensors, prepared.scales).ok()?;
@@ -67,6 +71,23 @@ pub(crate) fn torque_notes(
         }));
     }
     notes
+}
+
+// What is plainly wrong with the torques of one run of several: turned about in it alone.
+fn of_run(
+    robot: &Robot,
+    catalogue: &Catalogue,
+    run: &Run,
+    prepared: &Prepared,
+    options: &Options,
+) -> Vec<Note> {
+    let (own, sensors) = (std::slice::from_ref(run), prepared.sensors.clone());
+    let Ok(prepared) = Prepared::with(robot, own, sensors, prepared.scales) else { return Vec::new() };
+    let compared = compared(robot, catalogue, &prepared, options);
+    let of = |sensor: Sensor| compared.iter().filter(move |c| c.channel.sensor == sensor).collect();
+    let notes = [Sensor::MotorTorque, Sensor::JointTorque].map(|sensor| of_sensor(robot, of(sensor)));
+    let errors = notes.into_iter().flatten().filter(|note| note.severity == Severity::Error);
+    errors.map(|note| Note { place: format!("{}: {}", run.name, note.place), ..note }).collect()
 }
 
 // A torque, or a deflection θ − q where a link's position is measured, and the same by the model as it stands.

@@ -104,7 +104,7 @@ fn steps_without(search: &Search, state: &State) -> Vec<Vec<f64>> {
     if white.is_empty() {
         return vec![Vec::new(); layout.folds];
     }
-    let j = matrix(&white);
+    let j = matrix(layout.len, &white);
     let mut a = cross(&j, &j);
     let mut g: Vec<f64> = white.iter().map(|c| dot(c, &fitted.white)).collect();
     for (k, u) in fitted.model.unknowns.iter().enumerate() {
@@ -116,7 +116,7 @@ fn steps_without(search: &Search, state: &State) -> Vec<Vec<f64>> {
     let without = |fold: usize| {
         let rows: Vec<usize> = (0..layout.len).filter(|&k| layout.fold[k] == fold).collect();
         let part: Vec<Vec<f64>> = white.iter().map(|c| rows.iter().map(|&k| c[k]).collect()).collect();
-        let part = matrix(&part);
+        let part = matrix(rows.len(), &part);
         let r: Vec<f64> = rows.iter().map(|&k| fitted.white[k]).collect();
         let right: Vec<f64> = (0..white.len())
             .map(|i| g[i] - (0..rows.len()).map(|k| part[(k, i)] * r[k]).sum::<f64>())

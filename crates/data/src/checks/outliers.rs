@@ -13,12 +13,17 @@ use crate::statistics::median;
 const LIMIT: f64 = 8.0;
 /// The standard deviation is taken over the signal, and over this many samples to either side.
 const NEIGHBOURHOOD: usize = 50;
+/// Share of the largest deviation of a disturbance that its outlier's other deviations have: those of one sample are a sixth.
+const STICKS_OUT: f64 = 0.1;
 /// Longest outlier, samples; it disturbs four more deviations.
 const LONGEST: usize = 3;
 /// More outliers than this share make the signal useless.
 const USELESS: f64 = 0.05;
 // Share from which they are more than a note: a few are no harm, and dry friction makes some where it turns round.
 const MANY: f64 = 0.005;
+
+// … and share of a signal's range from which one is.
+const PLAIN: f64 = 0.2;
 
 pub(super) fn check(run: &Run) -> Vec<Note> {
     use Quantity::*;
@@ -33,10 +38,13 @@ fn tell(run: &Run, signal: &Signal) -> Option<Note> {
     let outliers = outliers(&run.time, &signal.values);
     let (largest, size) = *outliers.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
     let share = outliers.len() as f64 / signal.values.len() as f64;
+    let range = |(low, high): (f64, f64), x: &f64| (low.min(*x), high.max(*x));
+    let (low, high) = signal.values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), range);
+    let is_plain = size.abs() > PLAIN * (high - low);
     Some(Note {
         severity: match share {
             s if s > USELESS => Severity::Error,
-            s if s > MANY => Severity::Warning,
+            s if s > MANY || is_plain => Severity::Warning,
             _ => Severity::Note,
         },
         place: run.place_of(largest),
@@ -72,13 +80,25 @@ fn outliers(time: &[f64], values: &[f64]) -> Vec<(usize, f64)> {
         while (end..(end + 4).min(d.len())).any(|i| d[i].abs() > limit) {
             end += 1;
         }
-        if d[k..end].iter().any(|d| d.abs() > limit) && end - k <= LONGEST + 4 {
+        let (first, last) = heart(&d[k..end]);
+        if end - k <= LONGEST + 4 {
             // d[i] is centred at sample i + 2
-            found.extend(spike(values, k + 2, end + 1));
+            if d[k..end].iter().any(|d| d.abs() > limit) {
+                found.extend(spike(values, k + 2, end + 1));
+            }
+        } else if last - first < LONGEST + 4 {
+            found.extend(spike(values, k + first + 2, k + last + 2));
         }
         k = end;
     }
     found
+}
+
+// The first and last of what sticks out of a disturbance: where noise is small, the motion about an outlier disturbs, too.
+fn heart(d: &[f64]) -> (usize, usize) {
+    let most = d.iter().fold(0.0f64, |m, d| m.max(d.abs()));
+    let sticks_out = |d: &f64| d.abs() > STICKS_OUT * most;
+    (d.iter().position(sticks_out).unwrap_or(0), d.iter().rposition(sticks_out).unwrap_or(0))
 }
 
 /// Sample k + 2 minus the cubic through its four neighbours, on the time stamps; on an even clock this is the fourth

@@ -9,7 +9,7 @@ const JITTER: f64 = 0.2;
 /// A step longer than this many medians is a gap.
 const GAP: f64 = 3.0;
 /// Medians of the step that are believable, s.
-const PLAUSIBLE: std::ops::RangeInclusive<f64> = 1e-5..=1.0;
+const PLAUSIBLE: std::ops::RangeInclusive<f64> = 1e-5..=0.5;
 
 pub(super) fn check(run: &Run) -> Vec<Note> {
     let period = run.period();
@@ -40,7 +40,7 @@ fn unit(run: &Run, period: f64) -> Option<Note> {
         severity: Severity::Error,
         place: run.name.clone(),
         statement: format!(
-            "the median time step is {} s (believable: 1e-5 s to 1 s){suspicion}",
+            "the median time step is {} s (believable: 1e-5 s to 0.5 s){suspicion}",
             number(period)
         ),
         help,
