@@ -2,7 +2,7 @@
 
 use sinew_data::{Quantity, Run};
 use sinew_effects::CATALOGUE;
-use sinew_identify::{Options, compare, torque_checks};
+use sinew_identify::{Options, compare, fit, torque_checks};
 use sinew_tests::{Conditions, measure, null_case, two_joints};
 
 #[test]
@@ -32,6 +32,16 @@ fn a_right_log_raises_no_suspicion_and_a_wrong_one_names_the_joint() {
     let forced = Options { force: true, ..Options::default() };
     let findings = compare(&arm.robot, &CATALOGUE, &flipped, &forced).unwrap().findings;
     assert!(findings[0].joint == "elbow" && findings[0].statement.contains("opposite sign"), "{findings:?}");
+
+    // Turned about in one run of several, or in one that nothing is fitted to.
+    let mixed = [runs[0].clone(), flipped[1].clone()];
+    let notes = said(&mixed);
+    let told = format!("{}: motor_torque.elbow: the torque has the opposite sign", runs[1].name);
+    assert!(notes.len() == 1 && notes[0].starts_with(&told), "{notes:?}");
+    let refused = fit(&arm.robot, &CATALOGUE, &runs[..1], &flipped[1..], &[], &Options::default())
+        .unwrap_err()
+        .to_string();
+    assert!(refused.contains("motor_torque.elbow: the torque has the opposite sign"), "{refused}");
 
     let mut exchanged = runs.clone();
     for signal in exchanged.iter_mut().flat_map(|r| &mut r.signals).filter(|s| s.place == "elbow") {

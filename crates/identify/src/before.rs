@@ -9,7 +9,7 @@ use crate::range_checks::range_checks;
 use crate::record::{Sensors, all_have};
 use crate::report::Finding;
 use crate::tolerance::with_tolerance;
-use crate::torque_checks::torque_notes;
+use crate::torque_checks::{torque_notes, turned_notes};
 use crate::{IdentifyError, Options};
 
 /// What every comparison and every search begins with: the robot as its runs measure it, the runs made ready, and what is
@@ -35,22 +35,28 @@ pub(crate) fn begun(
     Ok((robot, prepared, findings))
 }
 
-/// What is suspicious about runs that nothing is fitted to.
+/// What is suspicious about runs that nothing is fitted to, beside those that something is.
 ///
 /// # Errors
 /// If one of them fails a check.
 pub(crate) fn of_unseen(
     robot: &Robot,
     catalogue: &Catalogue,
-    runs: &[Run],
+    [runs, unseen]: [&[Run]; 2],
     options: &Options,
 ) -> Result<Vec<Finding>, IdentifyError> {
-    let robot = as_measured(robot, catalogue, runs).0;
-    // What cannot be compared at all is told where it is compared.
-    match Prepared::new(&robot, runs, options) {
-        Ok(prepared) => checked(&robot, catalogue, runs, &prepared, options),
-        Err(_) => Ok(Vec::new()),
+    if unseen.is_empty() {
+        return Ok(Vec::new());
     }
+    let robot = as_measured(robot, catalogue, runs).0;
+    let mut notes: Vec<Note> = unseen.iter().flat_map(check_run).collect();
+    notes.extend(range_checks(&robot, unseen));
+    // What cannot be compared at all is told where it is compared.
+    if let Ok(prepared) = Prepared::new(&robot, runs, options) {
+        let all: Vec<Run> = runs.iter().chain(unseen).cloned().collect();
+        notes.extend(turned_notes(&robot, catalogue, &all, &prepared, options));
+    }
+    suspicions(notes, options)
 }
 
 /// Says why these runs cannot be compared at all: nothing to compare, too short, nothing moves.
@@ -117,6 +123,10 @@ fn checked(
     let mut notes: Vec<Note> = runs.iter().flat_map(check_run).collect();
     notes.extend(range_checks(robot, runs));
     notes.extend(torque_notes(robot, catalogue, runs, prepared, options));
+    suspicions(notes, options)
+}
+
+fn suspicions(mut notes: Vec<Note>, options: &Options) -> Result<Vec<Finding>, IdentifyError> {
     notes.retain(|n| n.severity != Severity::Note);
     if let Some(fatal) = notes.iter().find(|n| n.severity == Severity::Error && !options.force) {
         let help = format!("{}; or go on all the same with --force", fatal.help);

@@ -182,7 +182,7 @@ fn work(
     aim: Aim,
     climb: impl Fn(&mut Search, State, Option<&Unseen>) -> Result<Explored, IdentifyError>,
 ) -> Result<Fit, IdentifyError> {
-    let suspicions = if check.is_empty() { Vec::new() } else { of_unseen(robot, catalogue, check, options)? };
+    let suspicions = of_unseen(robot, catalogue, [runs, check], options)?;
     analysed(robot, catalogue, runs, options, aim, |search, begun| {
         let robot = begun.robot;
         let prepared = begun.prepared;

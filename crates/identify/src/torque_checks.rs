@@ -60,7 +60,7 @@ pub(crate) fn torque_notes(
         .collect();
     let none_is_wrong = |notes: &[Note]| notes.iter().all(|note| note.severity != Severity::Error);
     if none_is_wrong(&notes) && runs.len() > 1 {
-        notes.extend(runs.iter().flat_map(|run| of_run(robot, catalogue, run, prepared, options)));
+        notes.extend(turned_notes(robot, catalogue, runs, prepared, options));
     }
     if none_is_wrong(&notes) {
         notes.extend(arrangement_notes(robot, runs, |run| {
@@ -73,21 +73,35 @@ pub(crate) fn torque_notes(
     notes
 }
 
-// What is plainly wrong with the torques of one run of several: turned about in it alone.
-fn of_run(
+/// Torques that are turned about in some runs, beside others that follow the model: the sign of a column changed between them.
+pub(crate) fn turned_notes(
     robot: &Robot,
     catalogue: &Catalogue,
-    run: &Run,
+    runs: &[Run],
     prepared: &Prepared,
     options: &Options,
 ) -> Vec<Note> {
-    let (own, sensors) = (std::slice::from_ref(run), prepared.sensors.clone());
-    let Ok(prepared) = Prepared::with(robot, own, sensors, prepared.scales) else { return Vec::new() };
-    let compared = compared(robot, catalogue, &prepared, options);
-    let of = |sensor: Sensor| compared.iter().filter(move |c| c.channel.sensor == sensor).collect();
-    let notes = [Sensor::MotorTorque, Sensor::JointTorque].map(|sensor| of_sensor(robot, of(sensor)));
-    let errors = notes.into_iter().flatten().filter(|note| note.severity == Severity::Error);
-    errors.map(|note| Note { place: format!("{}: {}", run.name, note.place), ..note }).collect()
+    let of_run = |run: &Run| {
+        let (own, sensors) = (std::slice::from_ref(run), prepared.sensors.clone());
+        let prepared = Prepared::with(robot, own, sensors, prepared.scales).ok();
+        prepared.map(|prepared| compared(robot, catalogue, &prepared, options)).unwrap_or_default()
+    };
+    let all: Vec<(&Run, Vec<Compared>)> = runs.iter().map(|run| (run, of_run(run))).collect();
+    let follows = |channel: Channel| {
+        all.iter().flat_map(|(_, compared)| compared).filter(|c| c.channel == channel).any(|c| {
+            let (slope, share) = regression(&c.measured, &c.predicted);
+            slope > 0.0 && share > CLEAR
+        })
+    };
+    let turned = |(run, compared): &(&Run, Vec<Compared>)| {
+        let torques = compared.iter().filter(|c| c.channel.sensor != Sensor::JointPosition);
+        let notes = torques.filter(|c| follows(c.channel)).filter_map(|c| {
+            let joint = robot.model.dof_name(c.channel.dof);
+            turned_about(format!("{}: {}.{joint}", run.name, c.channel.signal()), c)
+        });
+        notes.collect::<Vec<_>>()
+    };
+    all.iter().flat_map(turned).collect()
 }
 
 // A torque, or a deflection θ − q where a link's position is measured, and the same by the model as it stands.
@@ -164,15 +178,12 @@ fn of_sensor(robot: &Robot, torques: Vec<&Compared>) -> Vec<Note> {
 
 // A torque that follows the model's with the wrong sign or size.
 fn sign_or_size(place: String, torque: &Compared, is_weighty: bool) -> Option<Note> {
+    if let Some(turned) = turned_about(place.clone(), torque) {
+        return Some(turned);
+    }
     let (slope, share) = regression(&torque.measured, &torque.predicted);
     if share < CLEAR {
         None
-    } else if slope < 0.0 {
-        let percent = 100.0 * share;
-        let statement =
-            format!("the torque has the opposite sign of the model's ({percent:.0} % explained by it)");
-        let help = "write a negative scale in the columns map, or turn the joint's axis";
-        Some(suspicion(Severity::Error, place, statement, help))
     } else if !(1.0 / FACTOR..FACTOR).contains(&slope) {
         let statement = format!("the torque is {slope:.3} times the model's");
         let help = format!(
@@ -185,6 +196,16 @@ fn sign_or_size(place: String, torque: &Compared, is_weighty: bool) -> Option<No
     } else {
         None
     }
+}
+
+// A torque that follows the model's backwards.
+fn turned_about(place: String, torque: &Compared) -> Option<Note> {
+    let (slope, share) = regression(&torque.measured, &torque.predicted);
+    let percent = 100.0 * share;
+    let statement =
+        format!("the torque has the opposite sign of the model's ({percent:.0} % explained by it)");
+    let help = "write a negative scale in the columns map, or turn the joint's axis";
+    (share >= CLEAR && slope < 0.0).then(|| suspicion(Severity::Error, place, statement, help))
 }
 
 fn suspicion(severity: Severity, place: String, statement: String, help: &str) -> Note {
