@@ -61,7 +61,12 @@ pub(crate) fn effect(argument: &str, robot: &Robot) -> Result<EffectSpec, CliErr
     };
     let mut spec = EffectSpec::new(name, place);
     for part in parts {
-        spec.settings.push(setting(part, entry)?);
+        let setting = setting(part, entry)?;
+        if spec.settings.iter().any(|(key, _)| *key == setting.0) {
+            let what = format!("\"{}\" is stated twice", setting.0);
+            return Err(CliError::usage(argument, what, "leave one of them out"));
+        }
+        spec.settings.push(setting);
     }
     Plant::with_effects(robot, std::slice::from_ref(&spec), &CATALOGUE).map_err(plant_error)?;
     Ok(spec)
@@ -220,6 +225,9 @@ mod tests {
         assert_eq!(spec.number("coulomb"), Some(2.5));
         let message = |text: &str| effect(text, &robot()).unwrap_err().to_string();
         assert!(message("coulomb_friction@joint_1,culomb=2").contains("unknown key \"culomb\""));
+        assert!(
+            message("coulomb_friction@joint_1,coulomb=1,coulomb=2").contains("\"coulomb\" is stated twice")
+        );
         assert!(message("coulomb_friction@joint_1,coulomb=x").contains("not a number"));
         assert!(message("coulomb_friction").contains("acts at a joint"));
         assert!(message("payload@joint_1").contains("whole robot"));

@@ -27,7 +27,7 @@ pub(crate) struct Frf {
     /// The signal that answers: motor_position.J, motor_velocity.J, joint_position.J, joint_velocity.J or joint_torque.J
     #[arg(long, value_name = "SIGNAL")]
     to: String,
-    /// Lowest frequency, Hz; default a tenth of the slowest pole or zero
+    /// Lowest frequency, Hz; default a tenth of the slowest pole or zero that is not at zero
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     low: Option<f64>,
     /// Highest frequency, Hz; default ten times the fastest pole or zero
@@ -74,11 +74,12 @@ impl Frf {
     fn grid(&self, transfer: &Transfer) -> Result<Vec<f64>, CliError> {
         let whole = transfer.grid();
         let end = |given: Option<f64>, name: &str, default: f64| match given {
-            Some(f) => positive(name, f, "Hz"),
+            Some(f) => possible(name, positive(name, f, "Hz")?),
             None => Ok(default),
         };
         let low = end(self.low, "--low", whole[0])?;
-        let high = end(self.high, "--high", whole[whole.len() - 1].max(10.0 * low))?;
+        let default = whole[whole.len() - 1].max(10.0 * low).min(Transfer::FASTEST);
+        let high = end(self.high, "--high", default)?;
         if low >= high {
             let what = format!("no range (got {low} to {high} Hz, allowed --low below --high)");
             return Err(CliError::usage("--low, --high", what, "leave both out to see everything"));
@@ -97,7 +98,7 @@ impl Frf {
             vec![(*kind).to_owned(), frequency, percent(peak.damping_ratio), number(peak.magnitude)]
         };
         if all.is_empty() {
-            text += "no resonance and no antiresonance: every pole and zero is damped by more than 71 %\n";
+            text += "no resonance and no antiresonance: every pole and zero is at zero or damped by more than 71 %\n";
         } else {
             let magnitude = format!(">|G|, {unit}");
             text += &(table(&["", ">frequency", ">damping", &magnitude], all.iter().map(row)) + "\n");
@@ -131,6 +132,16 @@ impl Frf {
             )
         })
     }
+}
+
+// A frequency at which a robot is looked at.
+fn possible(argument: &str, f: f64) -> Result<f64, CliError> {
+    let (least, most) = (Transfer::SLOWEST, Transfer::FASTEST);
+    if (least..=most).contains(&f) {
+        return Ok(f);
+    }
+    let what = format!("no frequency of a robot (got {f:e} Hz, allowed {least:e} to {most:e} Hz)");
+    Err(CliError::usage(argument, what, "leave it out to see every pole and zero"))
 }
 
 fn object(peak: &Peak) -> Value {

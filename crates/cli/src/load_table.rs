@@ -3,8 +3,10 @@
 use std::path::Path;
 
 use nalgebra::Vector6;
+use sinew_data::{DataError, read_text};
 use sinew_linear::{LoadTest, Wrench};
-use sinew_model::Model;
+use sinew_model::{JointKind, LinkId, Model};
+use sinew_report::number;
 
 use crate::error::{CliError, did_you_mean};
 
@@ -38,13 +40,74 @@ impl Row {
         }
     }
 
+    // What the load does on its way, J; none if it acts along something that was not measured.
+    fn work(&self) -> Option<f64> {
+        let loaded = (0..6).filter(|&k| self.load[k] != 0.0);
+        loaded.map(|k| Some(self.load[k] * self.deflection[k]?)).sum()
+    }
+
     /// Whether a turn and whether a shift was measured.
     pub fn kinds(&self) -> [bool; 2] {
         [0, 3].map(|first| self.deflection[first..first + 3].iter().any(Option::is_some))
     }
 }
 
-/// The load tests in the file at `path`. Joints without a column stay at `at`; an empty deflection was not measured.
+/// What is told of loads that do work below zero in all, as no springs let them.
+///
+/// ```text
+/// wᵀ x = wᵀ C w > 0
+/// ```
+pub(crate) fn against_the_load(rows: &[Row]) -> Option<String> {
+    let work: f64 = rows.iter().filter_map(Row::work).sum();
+    (work < 0.0).then(|| {
+        format!(
+            "the link moves against its loads (they do {} J in all), which no springs do\n  help: look at the signs of the loads and of the deflections, both in the axes of the base",
+            number(work)
+        )
+    })
+}
+
+// Nobody bends a joint by so much, rad, to see how stiff it is.
+const MUCH: f64 = 0.1;
+
+/// What is told of deflections that are too large to be in m and rad: shifts of a tenth of what lies between the first joint and the
+/// link, turns of 0.1 rad.
+pub(crate) fn too_large(rows: &[Row], model: &Model, link: LinkId) -> Option<String> {
+    let largest = |first: usize| {
+        let all = rows.iter().flat_map(|row| &row.deflection[first..first + 3]).flatten();
+        all.fold(0.0, |most: f64, x| most.max(x.abs()))
+    };
+    let (turn, shift) = (largest(0), largest(3));
+    let of = |what: &str, got: f64, unit: &str, against: &str| {
+        format!(
+            "a {what} of {} {unit} is very much for a load test{against}\n  help: shifts are in m, turns in rad",
+            number(got)
+        )
+    };
+    if let Some(reach) = reach(model, link).filter(|reach| shift > MUCH * reach) {
+        let against = format!(" (from the first joint to the link it is {} m)", number(reach));
+        return Some(of("shift", shift, "m", &against));
+    }
+    (turn > MUCH).then(|| of("turn", turn, "rad", ""))
+}
+
+// The length of all that lies between the first joint and the link, m; none if not all of the joints turn.
+fn reach(model: &Model, link: LinkId) -> Option<f64> {
+    let link = &model.links[link.0];
+    let (mut length, mut body) = (link.body_from_link.translation.norm(), link.body);
+    while let Some(id) = body {
+        let joint = &model.joints[id.0];
+        if !matches!(joint.kind, JointKind::Revolute { .. }) {
+            return None;
+        }
+        // The first joint stands where it stands.
+        length += joint.parent.map_or(0.0, |_| joint.placement.translation.norm());
+        body = joint.parent;
+    }
+    Some(length)
+}
+
+/// The load tests in the file at `path`, unpacked if it is gzip. Joints without a column stay at `at`; an empty deflection was not measured.
 ///
 /// # Errors
 /// Names file, line and column of what cannot be read, and what may stand there.
@@ -57,7 +120,13 @@ pub(crate) fn read(path: &Path, at: &[f64], model: &Model) -> Result<Vec<Row>, C
         };
         CliError::usage(place, format!("cannot be read ({source})"), "give a CSV file with a line of names")
     };
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(broken)?;
+    let text = read_text(path).map_err(|source| match source {
+        DataError::Missing { .. } => {
+            CliError::usage(&file, "no such file", "check the path; load tests are a .csv or .csv.gz file")
+        }
+        other => other.into(),
+    })?;
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
     let names: Vec<String> = reader.headers().map_err(broken)?.iter().map(str::to_owned).collect();
     let columns = columns(&file, &names, model)?;
     let mut rows = Vec::new();

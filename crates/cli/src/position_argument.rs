@@ -8,7 +8,7 @@ use crate::error::{CliError, did_you_mean};
 
 /// The position that `text` names, one number for each degree of freedom; joints not named are 0.
 pub(crate) fn position(text: &str, model: &Model) -> Result<Vec<f64>, CliError> {
-    let mut q = vec![0.0; model.nv];
+    let (mut q, mut stated) = (vec![0.0; model.nv], vec![false; model.nv]);
     let names: Vec<String> = (0..model.nv).map(|dof| model.dof_name(dof).to_owned()).collect();
     let help = || format!("the joints are {}; write numbers in this order, or joint=value", names.join(", "));
     let parts: Vec<&str> = text.split(',').map(str::trim).filter(|p| !p.is_empty()).collect();
@@ -30,14 +30,21 @@ pub(crate) fn position(text: &str, model: &Model) -> Result<Vec<f64>, CliError> 
                 (names.iter().position(|n| n == joint).ok_or_else(unknown)?, value.trim())
             }
         };
+        if std::mem::replace(&mut stated[dof], true) {
+            return Err(wrong(format!("joint \"{}\" is named twice", names[dof])));
+        }
         let number = value.parse().ok().filter(|x: &f64| x.is_finite());
         q[dof] = number.ok_or_else(|| wrong(format!("\"{value}\" is not a number")))?;
-        if let Some(limits) = far_outside(model, dof, q[dof]) {
-            let what = format!("\"{value}\" is far outside the limits of {}, {limits} rad", names[dof]);
-            return Err(CliError::usage(format!("position \"{text}\""), what, "angles are in rad"));
-        }
+        in_rad(&format!("position \"{text}\""), model, dof, q[dof])?;
     }
     Ok(q)
+}
+
+/// Refuses an angle that is far outside the limits of its joint, as one in degrees is; `place` is where it stands.
+pub(crate) fn in_rad(place: &str, model: &Model, dof: usize, angle: f64) -> Result<(), CliError> {
+    let Some(limits) = far_outside(model, dof, angle) else { return Ok(()) };
+    let what = format!("\"{angle}\" is far outside the limits of {}, {limits} rad", model.dof_name(dof));
+    Err(CliError::usage(place, what, "angles are in rad"))
 }
 
 // The limits of a joint that turns, if an angle is outside of them by more than a turn: one in degrees.
@@ -69,6 +76,8 @@ mod tests {
         assert_eq!(position("2,0", &arm).unwrap(), [2.0, 0.0]);
         let message = position("joint_1=45", &arm).unwrap_err().to_string();
         assert!(message.contains("-1 to 1.5 rad") && message.contains("angles are in rad"), "{message}");
+        let message = position("joint_1=1,joint_1=2", &arm).unwrap_err().to_string();
+        assert!(message.contains("\"joint_1\" is named twice"), "{message}");
         for text in ["1", "1,2,3", "x,1", "joint_9=1", "joint_1=1,2", "nan,0"] {
             let message = position(text, &arm).unwrap_err().to_string();
             assert!(message.contains("the joints are joint_1, joint_2"), "{message}");

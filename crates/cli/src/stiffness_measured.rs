@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::{Value, json};
-use sinew_linear::{FittedStiffness, StiffnessFit, identify_stiffness};
+use sinew_linear::{Evidence, FittedStiffness, StiffnessFit, identify_stiffness};
 use sinew_model::LinkId;
 use sinew_plant::Plant;
 use sinew_report::{number, with_std};
@@ -19,8 +19,8 @@ use crate::table::table;
 /// Load tests instead of a load.
 #[derive(Debug, Args)]
 pub(crate) struct Measured {
-    /// Fit joint stiffnesses to load tests: a CSV file with joint_position.J, tool_force.x|y|z, tool_moment.x|y|z,
-    /// tool_shift.x|y|z, tool_turn.x|y|z
+    /// Fit joint stiffnesses to load tests: a file (.csv or .csv.gz) with joint_position.J, tool_force.x|y|z,
+    /// tool_moment.x|y|z, tool_shift.x|y|z, tool_turn.x|y|z
     #[arg(long, value_name = "FILE", conflicts_with_all = ["force", "moment", "scan", "along", "plot"])]
     pub measured: Option<PathBuf>,
     /// The joints that are fitted; the others count as rigid. Default: all
@@ -44,6 +44,8 @@ pub(crate) struct Told {
     fit: StiffnessFit,
     /// Stiffness in the sidecar, joint by joint.
     stated: Vec<Option<f64>>,
+    /// What makes the answer doubtful.
+    notes: Vec<String>,
 }
 
 // In place of a deviation that nobody stated: far below any sensor, so that the scatter decides.
@@ -85,8 +87,12 @@ impl Measured {
         let fit = identify_stiffness(plant, &plant.parameters(), link, &dofs, &tests)
             .map_err(|source| CliError::linear(file, source))?;
         let stated = dofs.iter().map(|&dof| file.robot.joints[dof].stiffness).collect();
+        let of_table = |what: String| format!("{place}: {what}");
+        let large = load_table::too_large(&rows, plant.model(), link).map(of_table);
+        let against = load_table::against_the_load(&rows).map(of_table);
+        let notes = large.into_iter().chain(against.or_else(|| against_the_load(&fit))).collect();
         let link = plant.model().links[link.0].name.clone();
-        Ok(Some(Told { link, tests: tests.len(), components, scatter, fit, stated }))
+        Ok(Some(Told { link, tests: tests.len(), components, scatter, fit, stated, notes }))
     }
 
     fn stated(&self, flag: &str, std: Option<f64>) -> Result<Option<f64>, CliError> {
@@ -141,6 +147,8 @@ impl Told {
                 "compliance": fitted.compliance,
                 "compliance_std": self.finite(fitted.compliance_std),
                 "excited": fitted.excited,
+                "evidence": word(fitted.evidence),
+                "stiffness_at_least": fitted.at_least.filter(|_| self.exactness_is_known()),
                 "stated_stiffness": stated,
             })
         };
@@ -154,6 +162,7 @@ impl Told {
             // In standard deviations, and so only where they were stated.
             "residual": finite(self.fit.residual).filter(|_| !self.scatter),
             "joints": self.fit.joints.iter().zip(&self.stated).map(joint).collect::<Vec<_>>(),
+            "notes": self.notes,
         })
     }
 
@@ -174,7 +183,7 @@ impl Told {
                 with(fitted.stiffness, fitted.stiffness_std),
                 with(fitted.compliance.map(|c| 1e6 * c), 1e6 * fitted.compliance_std),
                 or_dash(*stated),
-                remark(fitted),
+                self.remark(fitted),
             ]
         });
         out += &table(&["joint", ">K, N·m/rad", ">1/K, µrad/(N·m)", ">stated K", ""], rows);
@@ -198,14 +207,44 @@ impl Told {
             };
             let _ = writeln!(out, "Residual {} standard deviations{far}.", number(self.fit.residual));
         }
+        for note in &self.notes {
+            let _ = writeln!(out, "\n{note}");
+        }
         out
+    }
+
+    fn remark(&self, fitted: &FittedStiffness) -> String {
+        let above = fitted.at_least.filter(|_| self.exactness_is_known());
+        let above = above.map_or(String::new(), |least| format!(": K is above {}", number(least)));
+        match fitted.evidence {
+            Evidence::Spring => String::new(),
+            Evidence::Rigid => format!("as good as rigid{above}"),
+            Evidence::Undetermined => format!("undetermined by these loads{above}"),
+            Evidence::Impossible => "impossible: it moves against its load".to_owned(),
+            _ => "no test shows it".to_owned(),
+        }
     }
 }
 
-fn remark(fitted: &FittedStiffness) -> String {
-    match (fitted.excited, fitted.stiffness) {
-        (false, _) => "no test shows it".to_owned(),
-        (true, None) => "as good as rigid".to_owned(),
-        _ => String::new(),
+// How scripts read it.
+fn word(evidence: Evidence) -> &'static str {
+    match evidence {
+        Evidence::Spring => "spring",
+        Evidence::Rigid => "rigid",
+        Evidence::Undetermined => "undetermined",
+        Evidence::Impossible => "impossible",
+        _ => "hidden",
     }
+}
+
+// Joints that no spring explains.
+fn against_the_load(fit: &StiffnessFit) -> Option<String> {
+    let is_against = |j: &&FittedStiffness| j.evidence == Evidence::Impossible;
+    let joints: Vec<&str> = fit.joints.iter().filter(is_against).map(|joint| joint.joint.as_str()).collect();
+    (!joints.is_empty()).then(|| {
+        format!(
+            "{} would have to move against the load, which no spring does\n  help: look at signs and axes of loads and deflections, and at joints that count as rigid",
+            joints.join(", ")
+        )
+    })
 }

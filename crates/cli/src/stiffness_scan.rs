@@ -8,6 +8,7 @@ use sinew_model::Model;
 use sinew_report::{number, quantity};
 
 use crate::error::{CliError, did_you_mean};
+use crate::position_argument::in_rad;
 use crate::table::table;
 
 /// Where to look beside one position.
@@ -34,9 +35,16 @@ impl Scan {
             return path(spec, at, model).map(Some);
         }
         let Some(text) = &self.scan else { return Ok(None) };
-        let mut ranges = Vec::new();
+        let mut ranges: Vec<(usize, f64, f64, usize)> = Vec::new();
         for part in text.split(',') {
             let (dof, from, to) = range(text, part, model)?;
+            let place = format!("--scan \"{text}\"");
+            if ranges.iter().any(|range| range.0 == dof) {
+                let what = format!("joint \"{}\" is named twice", model.dof_name(dof));
+                return Err(CliError::usage(place, what, "give every joint one range"));
+            }
+            in_rad(&place, model, dof, from)?;
+            in_rad(&place, model, dof, to)?;
             ranges.push((dof, from, to, self.steps));
         }
         let count = self.steps.checked_pow(ranges.len() as u32).filter(|&n| n <= MOST);
@@ -80,7 +88,8 @@ fn path(spec: &RunSpec, at: &[f64], model: &Model) -> Result<Vec<Vec<f64>>, CliE
     for dof in 0..model.nv {
         let Some(signal) = run.signal(Quantity::JointPosition, model.dof_name(dof)) else { continue };
         let rows = positions.get_or_insert_with(|| vec![at.to_vec(); signal.values.len()]);
-        for (row, value) in rows.iter_mut().zip(&signal.values) {
+        for ((row, value), time) in rows.iter_mut().zip(&signal.values).zip(&run.time) {
+            in_rad(&format!("{} at {time} s", run.name), model, dof, *value)?;
             row[dof] = *value;
         }
     }
@@ -150,7 +159,8 @@ mod tests {
     use sinew_model::samples;
 
     fn scan(text: &str, steps: usize) -> Result<Option<Vec<Vec<f64>>>, CliError> {
-        let arm = samples::planar_arm(2, 1.0, 0.5);
+        let mut arm = samples::planar_arm(2, 1.0, 0.5);
+        (arm.joints[0].limits.lower, arm.joints[0].limits.upper) = (-1.0, 1.5);
         let scan = Scan { scan: Some(text.to_owned()), steps, along: None };
         scan.configurations(&[0.5, 0.7], &arm)
     }
@@ -170,6 +180,9 @@ mod tests {
             ("joint_1=0..x", 3, "not a range"),
             ("joint_1=0..nan", 3, "not a range"),
             ("joint_1=0..1", 1, "--steps"),
+            ("joint_1=0..1,joint_1=0..1", 3, "\"joint_1\" is named twice"),
+            ("joint_1=0..100", 3, "\"100\" is far outside the limits of joint_1, -1 to 1.5 rad"),
+            ("joint_1=-90..0", 3, "angles are in rad"),
             ("joint_1=0..1,joint_2=0..1", 100_000, "--steps"),
         ] {
             let message = scan(text, steps).unwrap_err().to_string();

@@ -333,3 +333,45 @@ fn a_drawing_is_readable_where_svg_knows_no_variables_and_an_error_names_the_fil
     ]);
     assert!(message.contains("--low: must be greater than zero (got -1 Hz)"), "{message}");
 }
+
+#[test]
+fn a_range_of_frequencies_that_no_robot_has_is_refused() {
+    let bench = Bench::new("range");
+    let verb = ["frf", "arm.sinew.toml", "--from", "motor_torque.elbow", "--to", "motor_velocity.elbow"];
+    for (low, high, word) in [
+        ("1e-300", "1e300", "--low: no frequency of a robot (got 1e-300 Hz, allowed 1e-9 to 1e9 Hz)"),
+        ("1", "1e100", "--high: no frequency of a robot (got 1e100 Hz, allowed 1e-9 to 1e9 Hz)"),
+        ("1e9", "1e9", "allowed --low below --high"),
+    ] {
+        let message = bench.refused(&[&verb[..], &["--low", low, "--high", high]].concat());
+        assert!(message.contains(word) && message.contains("help:"), "{message}");
+    }
+    let widest = bench.json(&[&verb[..], &["--low", "1e-9", "--high", "1e9"]].concat());
+    assert!((2000..4000).contains(&numbers(&widest["frequency_hz"]).len()));
+    assert!(bench.refused(&[&verb[..], &["--low", "1e9"]].concat()).contains("no range"));
+}
+
+#[test]
+fn a_rigid_arm_answers_as_one_over_its_inertia_without_resonances_of_rounding() {
+    let bench = Bench::new("free");
+    std::fs::remove_file(bench.dir.join("arm.sinew.toml")).unwrap();
+    for (from, to, slope) in [
+        ("motor_torque.elbow", "motor_velocity.elbow", -1),
+        ("motor_position.elbow", "joint_velocity.elbow", 1),
+    ] {
+        let verb = ["frf", "arm.urdf", "--from", from, "--to", to];
+        let told = bench.json(&verb);
+        assert_eq!(
+            (&told["resonances"], &told["antiresonances"]),
+            (&Value::Array(vec![]), &Value::Array(vec![]))
+        );
+        let (frequency, magnitude) = (numbers(&told["frequency_hz"]), numbers(&told["magnitude"]));
+        assert!((frequency[0] - 0.1).abs() < 1e-12 && (frequency.last().unwrap() - 100.0).abs() < 1e-9);
+        // |G| = k ω or k/ω
+        let k = |n: usize| magnitude[n] * (std::f64::consts::TAU * frequency[n]).powi(-slope);
+        assert!((0..frequency.len()).all(|n| (k(n) / k(0) - 1.0).abs() < 1e-9), "{told}");
+        assert!(!bench.text(&verb).contains("unstable"));
+    }
+    let modes = bench.json(&["modes", "arm.urdf"]);
+    assert!(modes["modes"].as_array().unwrap().iter().all(|m| m["omega_squared"] == 0.0), "{modes}");
+}

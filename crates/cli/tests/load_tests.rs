@@ -10,6 +10,8 @@ const URDF: &str = include_str!("../src/demo/arm.urdf");
 const SIDECAR: &str = include_str!("../src/demo/arm.sinew.toml");
 // Of the sidecar, N·m/rad.
 const SPRINGS: [f64; 2] = [1800.0, 600.0];
+// A table of load tests as `gzip -n` packs it.
+const PACKED: &[u8] = b"\x1f\x8b\x08\x00\x00\x00\x00\x00\x00\x03\x2b\xc9\xcf\xcf\x89O\xcb\x2fJN\xd5\xab\xd2\x29\x01q\x8a32\xd3J\xf4\xaa\xb8t\x0d\x0dtt\x0d\xf4\x0c\x0c\x8c\xb9t\x8d\xa0L3\x2e\x5d\x13\x08\xd3\xd0\x88\x0b\x00\x0d\xd3\xf7\xa9\x3b\x00\x00\x00";
 
 struct Bench {
     dir: PathBuf,
@@ -134,6 +136,55 @@ fn a_joint_that_no_test_shows_gets_no_number() {
 }
 
 #[test]
+fn deflections_that_no_spring_explains_are_told_and_not_called_rigid() {
+    let bench = Bench::new("doubt");
+    let fit = |table: &str, joints: &str| {
+        std::fs::write(bench.dir.join("loads.csv"), table).unwrap();
+        let verb = ["stiffness", "arm.sinew.toml", "--measured", "loads.csv", "--joints", joints];
+        let text = String::from_utf8(bench.run(&verb).stdout).unwrap();
+        (bench.json(&verb), text)
+    };
+    // The tool rises under a load that pulls it down.
+    let (told, text) = fit("tool_force.z,tool_shift.z\n-10,0.003\n-20,0.006\n-40,0.012\n", "elbow");
+    assert_eq!(told["joints"][0]["evidence"], "impossible");
+    assert!(
+        told["notes"][0].as_str().unwrap().contains("loads.csv: the link moves against its loads"),
+        "{told}"
+    );
+    assert!(text.contains("impossible: it moves against its load") && !text.contains("rigid:"), "{text}");
+    let (told, _) = fit("tool_force.z,tool_shift.z\n-10,0.003\n-20,0.006\n-40,0.012\n", "shoulder,elbow");
+    let notes = told["notes"].as_array().unwrap();
+    assert!(notes.len() == 1 && notes[0].as_str().unwrap().contains("(they do -0.63 J in all)"), "{told}");
+    // One force in one position hardly tells the joints apart.
+    let (told, text) =
+        fit("tool_force.z,tool_shift.z\n-10,-0.003\n-20,-0.006\n-40,-0.012\n", "shoulder,elbow");
+    for joint in told["joints"].as_array().unwrap() {
+        assert_eq!((&joint["evidence"], &joint["stiffness"]), (&"undetermined".into(), &Value::Null));
+        assert!(joint["stiffness_at_least"].as_f64().unwrap() > 0.0);
+    }
+    assert_eq!(told["notes"], serde_json::json!([]));
+    assert!(text.contains("undetermined by these loads: K is above"), "{text}");
+    // Shifts in mm.
+    let (told, text) = fit("tool_force.z,tool_shift.z\n-10,-3\n-20,-6\n-40,-12\n", "elbow");
+    assert!(told["notes"][0].as_str().unwrap().contains("a shift of 12 m"), "{told}");
+    assert!(text.contains("shifts are in m"), "{text}");
+}
+
+#[test]
+fn packed_tables_are_read_as_plain_ones() {
+    let bench = Bench::new("packed");
+    std::fs::write(bench.dir.join("loads.csv.gz"), PACKED).unwrap();
+    std::fs::write(
+        bench.dir.join("loads.csv"),
+        "tool_force.z,tool_shift.z\n-10,-0.003\n-20,-0.006\n-40,-0.012\n",
+    )
+    .unwrap();
+    let fit =
+        |file: &str| bench.json(&["stiffness", "arm.sinew.toml", "--measured", file, "--joints", "elbow"]);
+    assert_eq!(fit("loads.csv.gz"), fit("loads.csv"));
+}
+
+#[test]
 fn wrong_tables_are_answered_with_line_column_and_a_way_out() {
     let bench = Bench::new("wrong");
     let good = "tool_force.z,tool_shift.z\n-80,-1e-3\n";
@@ -172,7 +223,7 @@ fn wrong_tables_are_answered_with_line_column_and_a_way_out() {
     }
     let gone = bench.run(&["stiffness", "arm.sinew.toml", "--measured", "gone.csv"]);
     let message = String::from_utf8(gone.stderr).unwrap();
-    assert!(gone.status.code() == Some(2) && message.contains("gone.csv: cannot be read"), "{message}");
+    assert!(gone.status.code() == Some(2) && message.contains("gone.csv: no such file"), "{message}");
     // Links that bend are not in the fit.
     let bending = "\n[links.forearm.bending]\nlength = 0.3\nEI = 900.0\naxes = [\"y\"]\n";
     std::fs::write(bench.dir.join("arm.sinew.toml"), SIDECAR.to_owned() + bending).unwrap();

@@ -209,6 +209,7 @@ fn drawings_are_whole_files() {
 fn wrong_input_is_answered_with_one_message() {
     let bench = Bench::new("wrong");
     let at = ["stiffness", "arm.sinew.toml", "--at", "0,0"];
+    std::fs::write(bench.dir.join("degrees.csv"), "time,joint_position.elbow\n0,0\n0.1,1\n0.2,90\n").unwrap();
     for (arguments, words) in [
         (vec!["stiffness", "arm.sinew.toml", "--at", "0"], vec!["1 number for 2 joints", "shoulder, elbow"]),
         (vec!["stiffness", "arm.sinew.toml", "--at", "elbw=1"], vec!["elbw", "did you mean \"elbow\"?"]),
@@ -218,6 +219,13 @@ fn wrong_input_is_answered_with_one_message() {
         ([&at[..], &["--force", "1,2"]].concat(), vec!["--force", "got 2 numbers", "allowed 3"]),
         ([&at[..], &["--moment", "0,inf,0"]].concat(), vec!["--moment", "\"inf\"", "finite"]),
         ([&at[..], &["--scan", "elbo=0..1"]].concat(), vec!["--scan", "elbo", "did you mean \"elbow\"?"]),
+        ([&at[..], &["--scan", "elbow=0..100"]].concat(), vec!["--scan", "far outside", "angles are in rad"]),
+        (
+            [&at[..], &["--scan", "elbow=0..1,elbow=0..1"]].concat(),
+            vec!["--scan", "\"elbow\" is named twice"],
+        ),
+        (vec!["stiffness", "arm.sinew.toml", "--at", "elbow=1,elbow=2"], vec!["\"elbow\" is named twice"]),
+        ([&at[..], &["--along", "degrees.csv"]].concat(), vec!["degrees at 0.2 s", "\"90\" is far outside"]),
         ([&at[..], &["--along", "gone.csv"]].concat(), vec!["gone.csv"]),
         (vec!["info", "arm.sinew.toml", "--at", "1,2,3"], vec!["3 numbers for 2 joints"]),
         (vec!["stiffness", "leg.urdf", "--at", "0"], vec!["leg.urdf"]),

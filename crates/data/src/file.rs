@@ -18,7 +18,10 @@ pub(crate) fn file_name(path: &Path) -> String {
 }
 
 /// The text of a file, unpacked if it is gzip.
-pub(crate) fn read_text(path: &Path) -> Result<String, DataError> {
+///
+/// # Errors
+/// If it cannot be read, is no whole gzip file although its name says so, or is not UTF-8.
+pub fn read_text(path: &Path) -> Result<String, DataError> {
     text(&file_name(path), read_bytes(path)?)
 }
 

@@ -35,6 +35,7 @@ mod write_run;
 pub use checks::check_run;
 pub use column_map::ColumnMap;
 pub use error::DataError;
+pub use file::read_text;
 pub use kernel::Kernel;
 pub use noise::{autocovariance, fourth_difference_lag1, instrument_noise, white_noise_std};
 pub use note::{Note, Severity};

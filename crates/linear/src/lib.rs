@@ -48,7 +48,7 @@ pub use poles::poles;
 pub use reduce::{Reduced, balanced_truncation};
 pub use state_space::{Options, StateSpace, linearize, linearize_with};
 pub use stiffness::{
-    CartesianStiffness, Critical, Directions, FittedStiffness, LoadTest, Loaded, LossOfStability,
+    CartesianStiffness, Critical, Directions, Evidence, FittedStiffness, LoadTest, Loaded, LossOfStability,
     PrincipalAxis, RANK, StiffnessFit, StiffnessPoint, UnderLoad, Wrench, cartesian_stiffness,
     compliance_map, configuration_grid, directions, equilibrium_under_load, identify_stiffness, on_springs,
     stiffness_along, stiffness_of,

@@ -6,7 +6,7 @@ use faer::{Mat, Side, c64};
 use sinew_plant::Plant;
 
 use crate::participation::Energies;
-use crate::poles::Poles;
+use crate::poles::{ORDINARY, Poles, ZERO_POLE};
 use crate::state_space::Mechanical;
 use crate::{Described, Equilibrium, LinearError, Options, Share};
 
@@ -38,8 +38,6 @@ pub struct Mode {
 
 // |ω²| below this share of the largest is rounding.
 const ZERO: f64 = 1e-12;
-// |λ| below this share of the largest, in a mode without stiffness, is rounding: a double zero moves by its root.
-const ZERO_POLE: f64 = 1e-6;
 // |Im λ| and Re λ below these shares of the largest are rounding.
 const REAL: f64 = 1e-10;
 const STABLE: f64 = 1e-9;
@@ -100,8 +98,8 @@ pub fn modes_with(plant: &Plant, p: &[f64], q: &[f64], options: &Options) -> Res
     let Undamped { omega_squared, shapes, .. } = undamped_by(plant, &energies, &mechanical)?;
     let poles = Poles::of(A)?;
     let owned = shared_out(&poles, &energies.mass, &shapes);
-    let fastest = poles.values.iter().map(|l| l.norm()).fold(0.0, f64::max);
-    let stiffest = omega_squared.iter().fold(0.0, |s: f64, w| s.max(w.abs()));
+    let fastest = poles.values.iter().map(|l| l.norm()).fold(ORDINARY, f64::max);
+    let stiffest = omega_squared.iter().fold(ORDINARY * ORDINARY, |s: f64, w| s.max(w.abs()));
     let names = layout.position_names(plant);
     let potential = energies.potential(&shapes, stiffest);
     let mut mode = |(k, participation): (usize, Vec<Share>)| {
@@ -177,7 +175,7 @@ fn undamped(M: &Mat<f64>, K: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
     L.solve_lower_triangular_in_place(&mut W);
     let eigen = W.self_adjoint_eigen(Side::Lower).ok()?;
     let values: Vec<f64> = (0..n).map(|k| eigen.S().column_vector()[k]).collect();
-    let largest = values.iter().fold(0.0, |s: f64, v| s.max(v.abs()));
+    let largest = values.iter().fold(ORDINARY * ORDINARY, |s: f64, v| s.max(v.abs()));
     let mut shapes = eigen.U().to_owned();
     L.transpose().solve_upper_triangular_in_place(&mut shapes);
     for k in 0..n {

@@ -13,6 +13,12 @@ pub(crate) struct Poles {
 
 // Largest residual ‖A v − λ v‖/‖A‖ that is taken for right; rounding leaves 1e-15.
 const RESIDUAL: f64 = 1e-11;
+/// Gravity swings links of 10 m at √(g/l), rad/s: where nothing is faster, rounding is measured by this.
+pub(crate) const ORDINARY: f64 = 1.0;
+/// |λ| below this share of the fastest, where a motion meets no stiffness, is rounding: a double zero moves by its root.
+pub(crate) const ZERO_POLE: f64 = 1e-6;
+// A single zero, and the real part of a pair, move by the rounding itself.
+const ZERO_ALONE: f64 = 1e-12;
 
 /// The poles of a linear model ẋ = A x, rad/s, in the order of their size.
 ///
@@ -43,7 +49,9 @@ impl Poles {
         let size = balanced.norm_l2();
         for k in 0..n {
             let v = vectors.col(k);
-            let residual = (&balanced * v - v * faer::Scale(values[k])).norm_l2() / (size * v.norm_l2());
+            let missing = (&balanced * v - v * faer::Scale(values[k])).norm_l2();
+            // A = 0 has the pole 0, and no size to measure by.
+            let residual = if missing == 0.0 { 0.0 } else { missing / (size * v.norm_l2()) };
             if residual.is_nan() || residual > RESIDUAL {
                 return Err(LinearError::Eigenvalues { size: n, residual, allowed: RESIDUAL });
             }
@@ -59,6 +67,26 @@ impl Poles {
             vectors: Mat::from_fn(n, n, |i, j| vectors[(i, order[j])] * scale[i]),
         })
     }
+}
+
+/// `roots` of a system whose poles are no faster than `fastest` (at least [`ORDINARY`]), those that rounding has moved from zero put
+/// back there.
+///
+/// A free motion is a double zero, and rounding ε makes of it ±√ε or ±i√ε. A real root without such a partner is slow,
+/// not free. A pair that nothing damps is put on the imaginary axis.
+pub(crate) fn settled(roots: &[c64], fastest: f64) -> Vec<c64> {
+    let is_small = |s: &c64| s.norm() < ZERO_POLE * fastest;
+    let is_other_half = |s: &c64, other: &c64| is_small(other) && (s + other).norm() < 0.1 * s.norm();
+    let is_zero = |s: &c64| {
+        let split = || s.im != 0.0 || roots.iter().any(|other| is_other_half(s, other));
+        is_small(s) && (s.norm() <= ZERO_ALONE * fastest || split())
+    };
+    let put_back = |s: &c64| match s {
+        s if is_zero(s) => c64::new(0.0, 0.0),
+        s if s.im != 0.0 && s.re.abs() <= ZERO_ALONE * fastest => c64::new(0.0, s.im),
+        s => *s,
+    };
+    roots.iter().map(put_back).collect()
 }
 
 // Powers of two that make rows and columns of like size, so that rounding is relative to the poles, not to their
@@ -94,6 +122,21 @@ mod tests {
     fn one_state_has_one_pole() {
         assert_eq!(poles(&Mat::from_fn(1, 1, |_, _| -3.0)).unwrap(), [c64::new(-3.0, 0.0)]);
         assert!(poles(&Mat::<f64>::zeros(0, 0)).unwrap().is_empty());
+        assert_eq!(poles(&Mat::<f64>::zeros(1, 1)).unwrap(), [c64::new(0.0, 0.0)]);
+    }
+
+    #[test]
+    fn what_rounding_splits_is_put_back_to_zero_and_what_is_slow_is_left() {
+        let zero = c64::new(0.0, 0.0);
+        let real = |x: f64| c64::new(x, 0.0);
+        let pair = [c64::new(1e-9, 4.8e-8), c64::new(1e-9, -4.8e-8)];
+        assert_eq!(settled(&pair, ORDINARY), [zero, zero]);
+        assert_eq!(settled(&[real(-3e-8), real(3.1e-8), real(-4e-39)], ORDINARY), [zero; 3]);
+        let slow = [real(-3e-8), c64::new(-1e-3, 1e-2)];
+        assert_eq!(settled(&slow, ORDINARY), slow);
+        assert_eq!(settled(&pair, 1e-3), pair);
+        let undamped = [c64::new(2e-15, 4.0), c64::new(2e-15, -4.0)];
+        assert_eq!(settled(&undamped, 4.0), [c64::new(0.0, 4.0), c64::new(0.0, -4.0)]);
     }
 
     #[test]

@@ -15,7 +15,7 @@ use sinew_plant::Plant;
 
 pub use base::on_springs;
 pub use directions::{Directions, PrincipalAxis, RANK, directions, stiffness_of};
-pub use identify::{FittedStiffness, LoadTest, StiffnessFit, identify_stiffness};
+pub use identify::{Evidence, FittedStiffness, LoadTest, StiffnessFit, identify_stiffness};
 pub use loaded::{Critical, Loaded, LossOfStability, UnderLoad, equilibrium_under_load};
 pub use map::{StiffnessPoint, compliance_map, configuration_grid, stiffness_along};
 

@@ -5,7 +5,7 @@ use core::f64::consts::{PI, SQRT_2, TAU};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 
-use crate::poles::Poles;
+use crate::poles::{ORDINARY, Poles, settled};
 use crate::zeros::zeros;
 use crate::{LinearError, StateSpace};
 
@@ -20,7 +20,7 @@ pub struct Transfer {
     pub from: String,
     /// The signal that answers.
     pub to: String,
-    /// p, rad/s, in the order of their size; without those that a zero cancels.
+    /// p, rad/s, in the order of their size; without those that a zero cancels, exactly zero where nothing holds the motion.
     pub poles: Vec<c64>,
     /// z, rad/s.
     pub zeros: Vec<c64>,
@@ -113,13 +113,15 @@ impl Transfer {
         };
         let unreached = || LinearError::NotReached { from: from.to_owned(), to: to.to_owned() };
         let read_late = linear.output_delay[row];
+        let poles = Poles::of(&linear.A)?.values;
+        let fastest = poles.iter().map(|p| p.norm()).fold(ORDINARY, f64::max);
         if let Some(input) = linear.inputs.iter().position(|n| n == from) {
             let numerator = channel(row, input);
             let found = numerator.zeros()?;
             if found.gain == 0.0 {
                 return Err(unreached());
             }
-            let (poles, zeros) = reduced(Poles::of(&linear.A)?.values, found.zeros);
+            let (poles, zeros) = reduced(settled(&poles, fastest), settled(&found.zeros, fastest));
             let delay = linear.input_delay[input] + read_late;
             let (from, to) = (from.to_owned(), to.to_owned());
             return Ok(Self {
@@ -143,7 +145,7 @@ impl Transfer {
         if above.gain == 0.0 || below.gain == 0.0 {
             return Err(unreached());
         }
-        let (poles, zeros) = reduced(below.zeros, above.zeros);
+        let (poles, zeros) = reduced(settled(&below.zeros, fastest), settled(&above.zeros, fastest));
         Ok(Self {
             from: from.to_owned(),
             to: to.to_owned(),
@@ -172,7 +174,8 @@ impl Transfer {
             // Σ arg(iω − z) − Σ arg(iω − p) − ω T says which turn; the number itself says the rest.
             let turn = self.continuous_phase(omega);
             let phase = g.arg() + TAU * ((turn - g.arg()) / TAU).round();
-            (g.norm(), phase)
+            // On an undamped root the number itself is rounding.
+            (g.norm(), if (phase - turn).abs() > 0.5 { turn } else { phase })
         };
         let (magnitude, phase) = frequency.iter().map(point).unzip();
         Bode { frequency: frequency.to_vec(), magnitude, phase }
@@ -181,7 +184,7 @@ impl Transfer {
     fn continuous_phase(&self, omega: f64) -> f64 {
         let arg = |root: &c64| {
             // A root on the imaginary axis counts as just left of it; one at zero turns by a quarter.
-            let from = c64::new(-root.re, omega - root.im);
+            let from = c64::new(0.0 - root.re, omega - root.im);
             if from.re >= 0.0 { from.im.atan2(from.re) } else { PI - from.im.atan2(-from.re) }
         };
         let of = |roots: &[c64]| roots.iter().map(arg).sum::<f64>();
@@ -209,23 +212,34 @@ impl Transfer {
         roots.iter().filter(oscillates).map(peak).collect()
     }
 
+    /// The least frequency of a grid, Hz: a turn in thirty years.
+    pub const SLOWEST: f64 = 1e-9;
+    /// The highest frequency of a grid, Hz: far above all that rigid bodies do.
+    pub const FASTEST: f64 = 1e9;
+
     /// Frequencies that show everything, Hz: by decades from a tenth of the slowest to ten times the fastest pole or
-    /// zero, dense about every peak.
+    /// zero, dense about every peak; from 0.1 to 100 Hz if no pole or zero is anywhere but at zero.
     pub fn grid(&self) -> Vec<f64> {
         let roots = self.poles.iter().chain(&self.zeros).map(|s| s.norm() / TAU);
         let largest = roots.clone().fold(0.0, f64::max);
         let moving = roots.filter(|f| *f > 1e-6 * largest);
         let (low, high) = moving.fold((f64::INFINITY, 0.0f64), |(l, h), f| (l.min(f), h.max(f)));
         let (low, high) = if low.is_finite() { (0.1 * low, 10.0 * high) } else { (0.1, 100.0) };
+        let low = low.clamp(Self::SLOWEST, 1e-2 * Self::FASTEST);
+        let high = high.clamp(10.0 * low, Self::FASTEST);
         self.grid_between(low, high)
     }
 
     /// [`Transfer::grid`] between two frequencies, Hz.
     ///
     /// # Panics
-    /// Unless 0 < `low` < `high`.
+    /// Unless [`SLOWEST`](Self::SLOWEST) ≤ `low` < `high` ≤ [`FASTEST`](Self::FASTEST).
     pub fn grid_between(&self, low: f64, high: f64) -> Vec<f64> {
-        assert!(low > 0.0 && low < high, "low, high: 0 < low < high");
+        let within = Self::SLOWEST..=Self::FASTEST;
+        assert!(
+            within.contains(&low) && within.contains(&high) && low < high,
+            "low, high: a range of frequencies"
+        );
         let count = ((high / low).log10() * BY_DECADE).ceil().max(1.0);
         let mut grid: Vec<f64> =
             (0..=count as usize).map(|k| low * (high / low).powf(k as f64 / count)).collect();

@@ -50,12 +50,32 @@ pub struct FittedStiffness {
     pub compliance: Option<f64>,
     /// Standard deviation of 1/K, widened where the residuals are larger than stated.
     pub compliance_std: f64,
-    /// K, N·m/rad; none if the tests do not show it, or a rigid joint explains them as well (1/K is not above zero).
+    /// K, N·m/rad; none unless the tests show a spring.
     pub stiffness: Option<f64>,
     /// Standard deviation of K.
     pub stiffness_std: f64,
     /// True if the loads twist this joint and the deflections tell its share from the others'.
     pub excited: bool,
+    /// What the tests say of it.
+    pub evidence: Evidence,
+    /// K is above this, N·m/rad, where a rigid joint explains the tests as well: 1/(1/K + 2 σ), 1/K not below zero.
+    pub at_least: Option<f64>,
+}
+
+/// What load tests say of a joint, σ being the standard deviation of 1/K.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Evidence {
+    /// No test shows it.
+    Hidden,
+    /// 1/K is above σ.
+    Spring,
+    /// 1/K is not above σ, and the joint makes less than a tenth of the deflections.
+    Rigid,
+    /// 1/K is not above σ, and the joint may make more of the deflections than that.
+    Undetermined,
+    /// 1/K is below −5 σ: the link moves against its load, which no spring does.
+    Impossible,
 }
 
 /// Gauss–Newton rounds; a few do.
@@ -66,6 +86,12 @@ const SETTLED: f64 = 1e-12;
 const HIDDEN: f64 = 1e-8;
 /// A joint with more than this share of itself in what no test shows is not excited.
 const SHARE: f64 = 1e-6;
+/// A compliance below zero by more of its standard deviations than this is no scatter.
+const AGAINST: f64 = 5.0;
+/// A compliance may be larger than fitted by so many of its standard deviations.
+const SURE: f64 = 2.0;
+/// A joint that can make no more of the deflections than this is as good as rigid.
+const UNSEEN: f64 = 0.1;
 
 /// The stiffnesses of the joints `dofs` of a robot from load tests of `link`, by weighted least squares in the compliances.
 ///
@@ -131,7 +157,9 @@ pub fn identify_stiffness(
             break;
         }
     }
-    Ok(system.told(plant, dofs, &C))
+    let deflections = tests.iter().flat_map(|t| t.deflection.iter().zip(&t.std)).map(|(x, std)| x / std);
+    let deflected = deflections.map(|x| x * x).sum::<f64>().sqrt();
+    Ok(system.told(plant, dofs, &C, deflected))
 }
 
 struct Bench<'a> {
@@ -231,7 +259,8 @@ impl System {
         DVector::from_iterator(lengths.len(), unscaled)
     }
 
-    fn told(&self, plant: &Plant, dofs: &[usize], C: &DVector<f64>) -> StiffnessFit {
+    // `deflected`: the root of the sum of squares of all deflections, in standard deviations.
+    fn told(&self, plant: &Plant, dofs: &[usize], C: &DVector<f64>, deflected: f64) -> StiffnessFit {
         let n = dofs.len();
         let (scaled, lengths) = self.scaled();
         // Rows of zeros, so that every direction of the parameters has a singular value.
@@ -252,7 +281,16 @@ impl System {
             let variance: f64 =
                 (0..n).filter(|&k| shown(k)).map(|k| (directions[(k, i)] / values[k]).powi(2)).sum();
             let std = if excited { widened * variance.sqrt() / lengths[i] } else { f64::INFINITY };
-            let stiffness = (excited && C[i] > 0.0).then(|| 1.0 / C[i]);
+            let most = C[i].max(0.0) + SURE * std;
+            let evidence = match C[i] {
+                _ if !excited => Evidence::Hidden,
+                c if c > std => Evidence::Spring,
+                c if c < -AGAINST * std => Evidence::Impossible,
+                _ if most * lengths[i] < UNSEEN * deflected => Evidence::Rigid,
+                _ => Evidence::Undetermined,
+            };
+            let stiffness = (evidence == Evidence::Spring).then(|| 1.0 / C[i]);
+            let may_be_rigid = matches!(evidence, Evidence::Rigid | Evidence::Undetermined);
             FittedStiffness {
                 dof: dofs[i],
                 joint: plant.model().dof_name(dofs[i]).to_owned(),
@@ -261,6 +299,8 @@ impl System {
                 stiffness,
                 stiffness_std: stiffness.map_or(f64::INFINITY, |K| std * K * K),
                 excited,
+                evidence,
+                at_least: may_be_rigid.then(|| 1.0 / most),
             }
         };
         let joints: Vec<FittedStiffness> = (0..n).map(joint).collect();

@@ -2,7 +2,8 @@
 
 use nalgebra::Vector6;
 use sinew_linear::{
-    LoadTest, UnderLoad, Wrench, cartesian_stiffness, equilibrium_under_load, identify_stiffness, on_springs,
+    Evidence, LoadTest, UnderLoad, Wrench, cartesian_stiffness, equilibrium_under_load, identify_stiffness,
+    on_springs,
 };
 use sinew_model::samples::{Random, planar_arm};
 use sinew_model::{Pose, Robot, Vector3};
@@ -132,7 +133,46 @@ fn a_rigid_joint_is_fitted_as_zero_compliance_and_gets_no_stiffness_of_chance() 
         identify_stiffness(&plant, &plant.parameters(), robot.tool, &[0, 1, 2, 3, 4, 5], &noisy).unwrap();
     let rigid = &fit.joints[2];
     assert!(rigid.compliance.unwrap().abs() < 4.0 * rigid.compliance_std, "{rigid:?}");
+    assert_eq!(rigid.evidence, Evidence::Rigid, "{rigid:?}");
+    assert!(rigid.at_least.unwrap() > 100.0 * TRUE[1] && rigid.stiffness.is_none(), "{rigid:?}");
+    assert_eq!(fit.joints[1].evidence, Evidence::Spring);
     assert!((fit.joints[1].stiffness.unwrap() - TRUE[1]).abs() < 4.0 * fit.joints[1].stiffness_std);
+}
+
+// A weightless level arm whose tool is two metres from its first joint and one from the next, that sinks by `shift` m under every newton; the second number of a test is
+// the error of its shift, m.
+fn level(shift: f64, tests: &[(f64, f64)]) -> (Robot, Vec<LoadTest>) {
+    let robot = Robot::rigid(planar_arm(3, 1.0, 1.0).with_gravity(Vector3::ZERO));
+    let mut std = Vector6::repeat(f64::INFINITY);
+    std[5] = 1e-5;
+    let test = |&(force, error): &(f64, f64)| LoadTest {
+        q: vec![0.0; 3],
+        load: Wrench::new(0.0, 0.0, 0.0, 0.0, 0.0, -force),
+        deflection: Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, -force * shift + error),
+        std,
+    };
+    (robot, tests.iter().map(test).collect())
+}
+
+#[test]
+fn a_joint_that_moves_against_its_load_is_impossible_and_not_rigid() {
+    let (robot, tests) = level(-1e-4, &[(10.0, 1e-5), (20.0, -1e-5), (40.0, 0.0)]);
+    let fit = identify_stiffness(&plant(&robot), &[], robot.tool, &[0], &tests).unwrap();
+    let joint = &fit.joints[0];
+    assert_eq!((joint.evidence, joint.stiffness, joint.at_least), (Evidence::Impossible, None, None));
+    assert!(joint.compliance.unwrap() < -5.0 * joint.compliance_std, "{joint:?}");
+}
+
+#[test]
+fn a_joint_whose_share_the_tests_hardly_tell_from_another_is_undetermined_and_not_rigid() {
+    // The shift is l² F (4 C₁ + C₂) but for what the arm has sunk: the two are almost one.
+    let (robot, tests) = level(1e-4, &[(10.0, 0.0), (20.0, 0.0), (40.0, 0.0)]);
+    let fit = identify_stiffness(&plant(&robot), &[], robot.tool, &[0, 1], &tests).unwrap();
+    for joint in &fit.joints {
+        assert_eq!((joint.evidence, joint.stiffness), (Evidence::Undetermined, None), "{joint:?}");
+        let most = joint.compliance.unwrap().max(0.0) + 2.0 * joint.compliance_std;
+        assert!((joint.at_least.unwrap() * most - 1.0).abs() < 1e-12, "{joint:?}");
+    }
 }
 
 #[test]

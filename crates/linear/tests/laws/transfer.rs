@@ -151,6 +151,53 @@ fn the_lag_of_a_drive_is_a_pole() {
 }
 
 #[test]
+fn a_rigid_joint_that_gravity_does_not_hold_is_its_inertia_and_its_friction() {
+    // Level, where the slope of gravity is the rounding of cos π/2.
+    let level = [0.5 * PI];
+    let mut robot = Robot::rigid(samples::hanging_link(J, 2.0, 0.4));
+    for damping in [0.0, LINK] {
+        if damping > 0.0 {
+            let friction = EffectSpec::new("viscous_friction", Place::Joint("joint".into()));
+            robot.effects.push(friction.with("viscous", damping));
+        }
+        let g = transfer(&robot, &level, "motor_torque.joint", "motor_velocity.joint").unwrap();
+        for omega in [0.1, 1.0, 30.0] {
+            let exact = c64::new(1.0, 0.0) / c64::new(damping, J * omega);
+            assert!((g.at(omega) - exact).norm() < 1e-10 * exact.norm(), "{omega}");
+        }
+        assert_eq!((g.poles.len(), g.zeros.len()), (1, 0), "{g:?}");
+        assert!((g.poles[0].re + damping / J).abs() < 1e-12 && g.poles[0].im == 0.0, "{g:?}");
+        assert!(g.resonances().is_empty() && g.antiresonances().is_empty());
+        let grid = g.grid();
+        assert!(grid[0] > 1e-4 && *grid.last().unwrap() < 1e3, "{} to {:?}", grid[0], grid.last());
+    }
+}
+
+#[test]
+fn the_phase_of_an_arm_without_damping_does_not_depend_on_the_sign_of_rounding() {
+    let robot = Robot::rigid(samples::planar_arm(2, 0.45, 3.0));
+    let hanging = [-0.5 * PI, 0.0];
+    for joint in ["joint_1", "joint_2"] {
+        let (from, to) = (format!("motor_torque.{joint}"), format!("motor_velocity.{joint}"));
+        let g = transfer(&robot, &hanging, &from, &to).unwrap();
+        assert_eq!((g.resonances().len(), g.antiresonances().len()), (2, 1), "{g:?}");
+        assert!(g.resonances().iter().all(|peak| peak.damping_ratio == 0.0), "{g:?}");
+        // Torque and velocity at one place: between a quarter turn before and behind.
+        let phase = g.bode(&g.grid()).phase;
+        assert!(phase.iter().all(|p| p.abs() < 0.5 * PI + 1e-6), "{phase:?}");
+    }
+}
+
+#[test]
+fn the_free_motions_of_an_elastic_arm_are_no_resonances() {
+    let mut robot = planar_2r();
+    robot.model.gravity = sinew_model::Vector3::ZERO;
+    let g = transfer(&robot, &[0.3, 0.5], "motor_torque.shoulder", "motor_velocity.shoulder").unwrap();
+    assert!(g.resonances().iter().chain(&g.antiresonances()).all(|p| p.frequency > 0.1), "{g:?}");
+    assert!(g.grid()[0] > 0.01, "{}", g.grid()[0]);
+}
+
+#[test]
 fn signals_that_are_not_there_are_answered_with_those_that_are() {
     let wrong =
         transfer(&planar_2r(), &[0.0, 0.0], "motor_torque.sholder", "joint_position.elbow").unwrap_err();
