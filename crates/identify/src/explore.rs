@@ -44,8 +44,13 @@ impl Unseen<'_> {
         let (old_total, new_total) = (rms(old.iter().copied()), rms(new.iter().copied()));
         let added = after.added_since(before);
         let channels = &self.search.problem.form.layout().channels;
-        let worse = |c: usize| new[c] > WORSE * old[c] && self.is_plainly_worse(&was, &is, &[c]);
-        let own = added.iter().filter(|a| worse(a.evidence.channel)).map(|a| {
+        // A run along which the model cannot be followed has no error.
+        let worse = |new: f64, old: f64, channels: &[usize]| {
+            (old.is_finite() && !new.is_finite())
+                || (new > WORSE * old && self.is_plainly_worse(&was, &is, channels))
+        };
+        let is_worse = |c: usize| worse(new[c], old[c], &[c]);
+        let own = added.iter().filter(|a| is_worse(a.evidence.channel)).map(|a| {
             let c = a.evidence.channel;
             let joint = self.search.problem.robot.model.dof_name(channels[c].dof);
             let signal = channels[c].signal();
@@ -56,7 +61,7 @@ impl Unseen<'_> {
         });
         let own: Vec<(Trial, String)> = own.collect();
         let all: Vec<usize> = (0..channels.len()).collect();
-        if own.is_empty() && new_total > WORSE * old_total && self.is_plainly_worse(&was, &is, &all) {
+        if own.is_empty() && worse(new_total, old_total, &all) {
             let reason = format!("unseen runs get worse ({old_total:.2} → {new_total:.2} × floor)");
             return each_refused(added, &reason);
         }
