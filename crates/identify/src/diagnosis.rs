@@ -133,10 +133,13 @@ pub fn diagnose(
         let robot = begun.robot;
         let base = search.base(begun.prepared.base_specs(robot, catalogue))?;
         let sudden = sudden(search, &base);
-        let floors = search.floors_told(&base)?;
+        let mut floors = search.floors_told(&base)?;
         let given = findings_as_given(search.yardstick(), base.torques(), &floors)?;
         let explored = explore(search, base, None)?;
-        let views = views_told(search, given, &explored, &search.floors_told(&explored.state)?);
+        if !explored.state.accepted.is_empty() {
+            floors = search.floors_told(&explored.state)?;
+        }
+        let views = views_told(search, given, &explored, &floors);
         let scope = scope(robot, &begun.prepared.sensors, runs);
         let scope = format!("{scope}; {}", residual_told(search, begun));
         let (mut result, is_answered) = report(search, &explored, begun, views, scope)?;
@@ -365,6 +368,9 @@ fn candidate(
     }
 }
 
+// Weight of a tied rival, the winner's being one, from which it is worth a word.
+const NO_CHANCE: f64 = 0.005;
+
 // Tied candidates, then structural partners that the card names; none that is named beside it.
 fn rivals(search: &Search, state: &State, entry: &Entry, probability: f64, once: bool) -> Vec<RivalReport> {
     let card = entry.trial.card;
@@ -398,13 +404,18 @@ fn rivals(search: &Search, state: &State, entry: &Entry, probability: f64, once:
         let place = match (other.place, &entry.trial.place) {
             (PlaceKind::Robot, _) => Place::Robot.to_string(),
             (PlaceKind::Link, Place::Robot) => plant.model().links[plant.tool().0].name.clone(),
+            (PlaceKind::Link, Place::Joint(joint)) => {
+                let body = plant.model().joint(joint);
+                let moved = plant.model().links.iter().find(|l| l.body.is_some() && l.body == body);
+                moved.map_or_else(|| joint.clone(), |link| link.name.clone())
+            }
             (_, place) => place.to_string(),
         };
         if !list.iter().any(|(name, ..)| name == rival.name) {
             list.push((rival.name.to_owned(), place, 0.3));
         }
     }
-    list.retain(|(name, place, _)| !is_named(name, place));
+    list.retain(|(name, place, weight)| *weight > NO_CHANCE && !is_named(name, place));
     if once {
         let dof = search.yardstick().problem.form.layout().channels[entry.evidence.channel].dof;
         list.push((episode::NAME.to_owned(), search.problem.robot.model.dof_name(dof).to_owned(), 1.0));

@@ -25,7 +25,7 @@ const SOFT: f64 = 1.0;
 
 /// What is suspicious about the positions of a run: more than 1 % of them outside of the limits that the URDF states, or
 /// half as fast again as its limit of velocity; of torques that are half as large again as its limit of effort, in up to 1 % of a run; of a spring that the logged torques would bend by more than a radian; of a
-/// motor current without a torque constant. A motion much wider than these limits, where degrees would explain it, is an error.
+/// motor current without a torque constant; of a spring without a rotor. A motion much wider than these limits, where degrees would explain it, is an error.
 ///
 /// Joints without limits are not looked at; the help says so where degrees would explain it.
 pub fn range_checks(robot: &Robot, runs: &[Run]) -> Vec<Note> {
@@ -43,7 +43,8 @@ pub fn range_checks(robot: &Robot, runs: &[Run]) -> Vec<Note> {
     };
     let soft = runs.iter().flat_map(|run| (0..model.nv).filter_map(|dof| too_soft(robot, run, dof)));
     let idle = runs.iter().flat_map(|run| (0..model.nv).filter_map(|dof| idle_current(robot, run, dof)));
-    runs.iter().flat_map(of_run).chain(soft).chain(idle).collect()
+    let light = (0..model.nv).filter_map(|dof| without_rotor(robot, dof));
+    runs.iter().flat_map(of_run).chain(soft).chain(idle).chain(light).collect()
 }
 
 // Torques that the URDF's drive does not have: another unit, or readings that are none. Many a URDF states a limit that is none, so
@@ -85,6 +86,18 @@ fn idle_current(robot: &Robot, run: &Run, dof: usize) -> Option<Note> {
             "motor_current.{joint} is left out: the sidecar states no torque_constant of joint \"{joint}\""
         ),
         help: format!("write torque_constant, N·m at the joint per A, into [joints.{joint}]"),
+    })
+}
+
+// A spring with nothing on the motor's side: its motion there is that of no mass.
+fn without_rotor(robot: &Robot, dof: usize) -> Option<Note> {
+    let (name, joint) = (robot.model.dof_name(dof), &robot.joints[dof]);
+    let is_bare = joint.stiffness.is_some() && joint.rotor_inertia <= 0.0;
+    is_bare.then(|| Note {
+        severity: Severity::Warning,
+        place: format!("[joints.{name}]"),
+        statement: format!("joint \"{name}\" has a spring and no rotor: nothing moves on the motor's side, and no torque says anything of the spring"),
+        help: "state rotor_inertia, kg·m², the gear ratio squared times the rotor's own".to_owned(),
     })
 }
 

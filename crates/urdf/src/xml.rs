@@ -51,7 +51,12 @@ fn syntax(file: &str, text: &str, error: &roxmltree::Error) -> UrdfError {
         _ => Location { file: file.into(), line: position.row, column: position.col },
     };
     let detail = error.to_string().replace(&format!(" at {position}"), "");
-    UrdfError::Syntax { at, language: "XML", detail, help: "close every element and quote every attribute" }
+    let help = if text.contains("xacro:") {
+        "this is a xacro file: expand it first, `xacro FILE > robot.urdf`"
+    } else {
+        "close every element and quote every attribute"
+    };
+    UrdfError::Syntax { at, language: "XML", detail, help }
 }
 
 impl Checker<'_> {
