@@ -231,6 +231,7 @@ mod tests {
     #[test]
     fn a_spring_of_another_unit_is_told() {
         let mut robot = Robot::rigid(samples::pendulum(1.0, 0.5));
+        robot.joints[0].rotor_inertia = 0.2;
         let name = robot.model.joints[0].name.clone();
         let torque = Signal::new(Quantity::MotorTorque, &name, vec![0.0, -9.0, 3.0]);
         let run = Run::new("run".to_owned(), vec![0.0, 1.0, 2.0], vec![torque]).unwrap();
@@ -240,6 +241,33 @@ mod tests {
         };
         assert!(told(1800.0).is_empty());
         assert!(told(1.8)[0].statement.contains("gives way by 5.0 rad"));
+    }
+
+    #[test]
+    fn a_spring_without_a_rotor_is_told() {
+        let mut robot = Robot::rigid(samples::pendulum(1.0, 0.5));
+        robot.joints[0].stiffness = Some(1800.0);
+        let told = range_checks(&robot, &[]);
+        assert!(told.len() == 1 && told[0].statement.contains("a spring and no rotor"), "{told:?}");
+        robot.joints[0].rotor_inertia = 0.2;
+        assert!(range_checks(&robot, &[]).is_empty());
+    }
+
+    #[test]
+    fn few_torques_beyond_the_drive_are_told_and_a_limit_that_is_none_is_not() {
+        let mut model = samples::pendulum(1.0, 0.5);
+        let name = model.joints[0].name.clone();
+        model.joints[0].limits.effort = 30.0;
+        let robot = Robot::rigid(model);
+        let told = |beyond: usize| {
+            let time: Vec<f64> = (0..1000).map(|k| 0.01 * k as f64).collect();
+            let values = (0..1000).map(|k| if k < beyond { 100.0 } else { 5.0 }).collect();
+            let torque = Signal::new(Quantity::MotorTorque, &name, values);
+            range_checks(&robot, &[Run::new("run".to_owned(), time, vec![torque]).unwrap()])
+        };
+        assert!(told(0).is_empty());
+        assert!(told(5)[0].statement.contains("5 of 1000 samples"));
+        assert!(told(500).is_empty());
     }
 
     #[test]
