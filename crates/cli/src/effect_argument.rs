@@ -8,7 +8,7 @@ use sinew_plant::{Plant, PlantError};
 use sinew_rigid::mass_matrix;
 
 use crate::error::{CliError, did_you_mean};
-use crate::inputs::RUNS;
+use crate::inputs::{RUNS, ends};
 
 /// The catalogue's line of an effect.
 pub(crate) fn entry(name: &str) -> Result<&'static Entry, CliError> {
@@ -25,7 +25,7 @@ pub(crate) fn entry(name: &str) -> Result<&'static Entry, CliError> {
 
 /// A word of `--add`, which takes all that follow it: no run.
 pub(crate) fn effect_word(word: &str) -> Result<String, String> {
-    match RUNS.iter().any(|end| word.ends_with(end)) {
+    match ends(word, RUNS) {
         true => Err("is a run, and EFFECT@PLACE is wanted here: write the runs before --add".to_owned()),
         false => Ok(word.to_owned()),
     }

@@ -118,8 +118,8 @@ impl Columns {
         let read = |spec: &RunSpec| self.on_its_clock(spec.read(map.as_ref())?);
         // Files of one name are told apart by their folders.
         let of_same_name = |spec: &RunSpec| {
-            let others = runs.iter().filter(|other| other.path != spec.path);
-            others.into_iter().any(|other| other.path.file_name() == spec.path.file_name())
+            let is_other = |other: &RunSpec| other.path != spec.path;
+            runs.iter().any(|other| is_other(other) && other.path.file_name() == spec.path.file_name())
         };
         let folder = |spec: &RunSpec| {
             let folder = spec.path.parent()?.file_name()?;
@@ -155,10 +155,15 @@ impl Columns {
 pub(crate) const RUNS: &[&str] = &[".csv", ".csv.gz", ".parquet"];
 const ROBOTS: &[&str] = &[".urdf", ".sinew.toml"];
 
+/// True of the name of a file that ends in one of these ways.
+pub(crate) fn ends(name: &str, endings: &[&str]) -> bool {
+    endings.iter().any(|end| name.ends_with(end))
+}
+
 // Arguments in each other's place.
 fn refuse(path: &Path, endings: &[&str], what: &str) -> Result<(), CliError> {
     let name = path.display().to_string();
-    match endings.iter().any(|end| name.ends_with(end)) {
+    match ends(&name, endings) {
         true => Err(CliError::usage(name, what, "the robot comes first, then its runs: ROBOT RUN…")),
         false => Ok(()),
     }

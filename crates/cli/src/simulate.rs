@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde_json::json;
-use sinew_data::{Quantity, Run, RunSpec, nearest};
+use sinew_data::{Quantity, Run, RunSpec};
 use sinew_model::Model;
 use sinew_simulate::{Drive, Noise, Options, Start, Torques, simulate};
 
 use crate::console::Console;
-use crate::error::CliError;
+use crate::error::{CliError, did_you_mean};
 use crate::inputs::{self, Columns};
 use crate::new_file;
 use crate::noise_file;
@@ -136,8 +136,7 @@ fn require(
     }
     let Some(stranger) = places().find(|place| model.dof(place).is_none()) else { return Ok(()) };
     let joints: Vec<&str> = (0..model.nv).map(|dof| model.dof_name(dof)).collect();
-    let meant =
-        nearest(stranger, &joints).map_or(String::new(), |meant| format!("did you mean \"{meant}\"? "));
+    let meant = did_you_mean(stranger, &joints).map_or(String::new(), |meant| meant + " ");
     let help = format!("{meant}its joints: {}", joints.join(", "));
     let what = format!("{quantity}.{stranger}: robot \"{}\" has no such joint", model.name);
     if places().all(|place| model.dof(place).is_none()) {

@@ -194,11 +194,9 @@ impl Run {
         let begins = gaps.iter().map(|&k| (since(self.time[k]) + 1e-6).floor() / 1e3);
         let ends = gaps.iter().map(|&k| (since(self.time[k - 1] + period) - 1e-6).ceil() / 1e3);
         let windows = std::iter::once(0.0).chain(begins).zip(ends.chain([f64::INFINITY]));
-        let pieces = windows.filter_map(|(from, to)| self.window(from, to).ok());
-        let pieces: Vec<Run> = pieces.collect();
+        let mut pieces: Vec<Run> = windows.filter_map(|(from, to)| self.window(from, to).ok()).collect();
         let longest = pieces.iter().map(Run::duration).fold(0.0, f64::max);
-        let least = SHORTEST_PIECE.min(longest);
-        let mut pieces: Vec<Run> = pieces.into_iter().filter(|piece| piece.duration() >= least).collect();
+        pieces.retain(|piece| piece.duration() >= SHORTEST_PIECE.min(longest));
         let names: Vec<&str> = pieces.iter().map(|piece| piece.name.as_str()).collect();
         let rest = if names.len() == gaps.len() + 1 { "" } else { "; what is shorter than that is left out" };
         let long = self.time[first] - self.time[first - 1];

@@ -53,7 +53,7 @@ pub(crate) fn of_unseen(
     notes.extend(range_checks(&robot, unseen));
     // What cannot be compared at all is told where it is compared.
     if let Ok(prepared) = Prepared::new(&robot, runs, options) {
-        let all: Vec<Run> = runs.iter().chain(unseen).cloned().collect();
+        let all = Vec::from_iter(runs.iter().chain(unseen));
         notes.extend(turned_notes(&robot, catalogue, &all, &prepared, options));
     }
     suspicions(notes, options)

@@ -221,9 +221,9 @@ fn refuse_bending(robot: &Robot) -> Result<(), IdentifyError> {
 // Rows of the richest channel from which anything can be said, and the range of a position, in units of its noise, that is a
 // motion.
 const FEWEST_ROWS: usize = 60;
+const REST: f64 = 20.0;
 // Times what is needed at the least from which a log is not too short.
 const LONG: f64 = 3.0;
-const REST: f64 = 20.0;
 
 fn range(x: &[f64]) -> f64 {
     let (least, most) = x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));

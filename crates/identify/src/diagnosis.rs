@@ -270,7 +270,7 @@ fn load_at_tool(search: &Search, state: &State) -> Option<Finding> {
     let robot = search.problem.robot;
     let (model, tool) = (&robot.model, &robot.model.links[robot.tool.0]);
     let body = |place: &Place| match place {
-        Place::Link(name) => model.links.iter().find(|l| l.name == *name).and_then(|l| l.body),
+        Place::Link(name) => model.link(name).and_then(|link| model.links[link.0].body),
         _ => None,
     };
     let moment = state.accepted.iter().find(|entry| {

@@ -139,8 +139,7 @@ pub(crate) fn explore(
             break;
         }
         let Some(next) = search.accept(&state, round)? else { break };
-        let next = without_passengers(search, next, state.accepted.len(), step, unseen)?;
-        let mut next = next;
+        let mut next = without_passengers(search, next, state.accepted.len(), step, unseen)?;
         let mut refused = refused_once_settled(search, &state, &next, unseen);
         if !refused.is_empty()
             && let Some(both) = with_child(search, &state, &next, step, unseen)?

@@ -51,9 +51,9 @@ pub(crate) fn short_list(trials: &[Trial], scores: &[Option<Score>], joints: usi
     list
 }
 
-/// What is refitted where nothing of a list explains anything: the next best, one for each `refit` that takes away next to nothing of what its screen
-/// promised of this `objective`; none that is dear. Where friction is sharp and rows are far apart, times and stops
-/// promise most, all of it in a few rows.
+/// What is refitted where nothing of a list explains anything: the next best, one for each of its `refits` that takes away next
+/// to nothing of what its screen promised of this `objective`; none that is dear. Where friction is sharp and rows are far
+/// apart, times and stops promise most, all of it in a few rows.
 pub(crate) fn next_in_line(
     trials: &[Trial],
     scores: &[Option<Score>],

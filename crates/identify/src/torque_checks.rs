@@ -60,13 +60,11 @@ pub(crate) fn torque_notes(
         .collect();
     let none_is_wrong = |notes: &[Note]| notes.iter().all(|note| note.severity != Severity::Error);
     if none_is_wrong(&notes) && runs.len() > 1 {
-        notes.extend(turned_notes(robot, catalogue, runs, prepared, options));
+        notes.extend(turned_notes(robot, catalogue, &Vec::from_iter(runs), prepared, options));
     }
     if none_is_wrong(&notes) {
         notes.extend(arrangement_notes(robot, runs, |run| {
-            let (runs, sensors) = (std::slice::from_ref(run), prepared.sensors.clone());
-            let prepared = Prepared::with(robot, runs, sensors, prepared.scales).ok()?;
-            let compared = self::compared(robot, catalogue, &prepared, options);
+            let compared = compared_alone(robot, catalogue, run, prepared, options)?;
             Some(compared.iter().filter(|c| c.channel.sensor == Sensor::MotorTorque).map(followed).collect())
         }));
     }
@@ -74,34 +72,43 @@ pub(crate) fn torque_notes(
 }
 
 /// Torques that are turned about in some runs, beside others that follow the model: the sign of a column changed between them.
+/// `prepared`: the sensors and scales of all.
 pub(crate) fn turned_notes(
     robot: &Robot,
     catalogue: &Catalogue,
-    runs: &[Run],
+    runs: &[&Run],
     prepared: &Prepared,
     options: &Options,
 ) -> Vec<Note> {
-    let of_run = |run: &Run| {
-        let (own, sensors) = (std::slice::from_ref(run), prepared.sensors.clone());
-        let prepared = Prepared::with(robot, own, sensors, prepared.scales).ok();
-        prepared.map(|prepared| compared(robot, catalogue, &prepared, options)).unwrap_or_default()
-    };
-    let all: Vec<(&Run, Vec<Compared>)> = runs.iter().map(|run| (run, of_run(run))).collect();
+    // Run, channel, slope and share.
+    let mut torques: Vec<(&Run, Channel, (f64, f64))> = Vec::new();
+    for run in runs {
+        let compared = compared_alone(robot, catalogue, run, prepared, options).unwrap_or_default();
+        let of_torque = compared.iter().filter(|c| c.channel.sensor != Sensor::JointPosition);
+        torques.extend(of_torque.map(|c| (*run, c.channel, regression(&c.measured, &c.predicted))));
+    }
     let follows = |channel: Channel| {
-        all.iter().flat_map(|(_, compared)| compared).filter(|c| c.channel == channel).any(|c| {
-            let (slope, share) = regression(&c.measured, &c.predicted);
-            slope > 0.0 && share > CLEAR
-        })
+        torques.iter().any(|(_, other, (slope, share))| *other == channel && *slope > 0.0 && *share > CLEAR)
     };
-    let turned = |(run, compared): &(&Run, Vec<Compared>)| {
-        let torques = compared.iter().filter(|c| c.channel.sensor != Sensor::JointPosition);
-        let notes = torques.filter(|c| follows(c.channel)).filter_map(|c| {
-            let joint = robot.model.dof_name(c.channel.dof);
-            turned_about(format!("{}: {}.{joint}", run.name, c.channel.signal()), c)
-        });
-        notes.collect::<Vec<_>>()
+    let turned = |(run, channel, found): &(&Run, Channel, (f64, f64))| {
+        let joint = robot.model.dof_name(channel.dof);
+        let place = || format!("{}: {}.{joint}", run.name, channel.signal());
+        follows(*channel).then(|| turned_about(place(), *found)).flatten()
     };
-    all.iter().flat_map(turned).collect()
+    torques.iter().filter_map(turned).collect()
+}
+
+// One run of several by itself.
+fn compared_alone(
+    robot: &Robot,
+    catalogue: &Catalogue,
+    run: &Run,
+    prepared: &Prepared,
+    options: &Options,
+) -> Option<Vec<Compared>> {
+    let (runs, sensors) = (std::slice::from_ref(run), prepared.sensors.clone());
+    let prepared = Prepared::with(robot, runs, sensors, prepared.scales).ok()?;
+    Some(compared(robot, catalogue, &prepared, options))
 }
 
 // A torque, or a deflection θ − q where a link's position is measured, and the same by the model as it stands.
@@ -178,12 +185,11 @@ fn of_sensor(robot: &Robot, torques: Vec<&Compared>) -> Vec<Note> {
 
 // A torque that follows the model's with the wrong sign or size.
 fn sign_or_size(place: String, torque: &Compared, is_weighty: bool) -> Option<Note> {
-    if let Some(turned) = turned_about(place.clone(), torque) {
-        return Some(turned);
-    }
     let (slope, share) = regression(&torque.measured, &torque.predicted);
     if share < CLEAR {
         None
+    } else if slope < 0.0 {
+        turned_about(place, (slope, share))
     } else if !(1.0 / FACTOR..FACTOR).contains(&slope) {
         let statement = format!("the torque is {slope:.3} times the model's");
         let help = format!(
@@ -198,9 +204,8 @@ fn sign_or_size(place: String, torque: &Compared, is_weighty: bool) -> Option<No
     }
 }
 
-// A torque that follows the model's backwards.
-fn turned_about(place: String, torque: &Compared) -> Option<Note> {
-    let (slope, share) = regression(&torque.measured, &torque.predicted);
+// A torque that follows the model's backwards, by its slope and the share that is explained.
+fn turned_about(place: String, (slope, share): (f64, f64)) -> Option<Note> {
     let percent = 100.0 * share;
     let statement =
         format!("the torque has the opposite sign of the model's ({percent:.0} % explained by it)");

@@ -7,7 +7,7 @@ use crate::quantisation::quantisation_step;
 use crate::quantity::Quantity;
 use crate::resample::lagrange;
 use crate::run::{Run, Signal};
-use crate::statistics::median;
+use crate::statistics::{extremes, median};
 
 /// Deviations from the neighbours beyond this many robust standard deviations are suspicious.
 const LIMIT: f64 = 8.0;
@@ -21,7 +21,6 @@ const LONGEST: usize = 3;
 const USELESS: f64 = 0.05;
 // Share from which they are more than a note: a few are no harm, and dry friction makes some where it turns round.
 const MANY: f64 = 0.005;
-
 // … and share of a signal's range from which one is.
 const PLAIN: f64 = 0.2;
 
@@ -38,8 +37,7 @@ fn tell(run: &Run, signal: &Signal) -> Option<Note> {
     let outliers = outliers(&run.time, &signal.values);
     let (largest, size) = *outliers.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
     let share = outliers.len() as f64 / signal.values.len() as f64;
-    let range = |(low, high): (f64, f64), x: &f64| (low.min(*x), high.max(*x));
-    let (low, high) = signal.values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), range);
+    let (low, high) = extremes(&signal.values);
     let is_plain = size.abs() > PLAIN * (high - low);
     Some(Note {
         severity: match share {
@@ -80,14 +78,16 @@ fn outliers(time: &[f64], values: &[f64]) -> Vec<(usize, f64)> {
         while (end..(end + 4).min(d.len())).any(|i| d[i].abs() > limit) {
             end += 1;
         }
-        let (first, last) = heart(&d[k..end]);
         if end - k <= LONGEST + 4 {
             // d[i] is centred at sample i + 2
             if d[k..end].iter().any(|d| d.abs() > limit) {
                 found.extend(spike(values, k + 2, end + 1));
             }
-        } else if last - first < LONGEST + 4 {
-            found.extend(spike(values, k + first + 2, k + last + 2));
+        } else {
+            let (first, last) = heart(&d[k..end]);
+            if last - first < LONGEST + 4 {
+                found.extend(spike(values, k + first + 2, k + last + 2));
+            }
         }
         k = end;
     }
