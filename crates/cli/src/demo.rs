@@ -31,6 +31,19 @@ pub(crate) struct Demo {
 
 const URDF: &str = include_str!("demo/arm.urdf");
 const SIDECAR: &str = include_str!("demo/arm.sinew.toml");
+// What is written into the folder; a .run.toml stands beside every run.
+const FILES: [&str; 10] = [
+    "arm.urdf",
+    "arm.sinew.toml",
+    "waves.csv",
+    "waves.run.toml",
+    "swings.csv",
+    "swings.run.toml",
+    "unseen.csv",
+    "unseen.run.toml",
+    "better.sinew.toml",
+    "report.html",
+];
 
 impl Demo {
     pub fn run(&self, console: &Console) -> Result<(), CliError> {
@@ -86,6 +99,7 @@ impl Demo {
 
     // Writes the arm and its runs: two to fit, one of another motion to check on.
     fn prepare(&self, console: &Console) -> Result<(RobotFile, Vec<Run>, Vec<Run>), CliError> {
+        self.check_folder()?;
         std::fs::create_dir_all(&self.dir)
             .map_err(|source| CliError::Write { path: self.dir.clone(), source })?;
         self.write("arm.urdf", URDF)?;
@@ -103,6 +117,25 @@ impl Demo {
         }
         let unseen = runs.split_off(2);
         Ok((file, runs, unseen))
+    }
+
+    // Refuses a folder that holds files of these names that are not of the demo: they would be lost. Runs are of the demo where the
+    // robot is.
+    fn check_folder(&self) -> Result<(), CliError> {
+        let is = |name: &str, text: &str| {
+            std::fs::read(self.dir.join(name)).is_ok_and(|bytes| bytes == text.as_bytes())
+        };
+        let (urdf, sidecar) = (is("arm.urdf", URDF), is("arm.sinew.toml", SIDECAR));
+        let is_ours = |name: &str| match name {
+            "arm.urdf" => urdf,
+            "arm.sinew.toml" => sidecar,
+            _ => urdf && sidecar,
+        };
+        let mut others = FILES.iter().filter(|name| !is_ours(name)).map(|name| self.dir.join(name));
+        others.find(|path| path.exists()).map_or(Ok(()), |path| {
+            let what = "is there, is not the demo's, and would be replaced";
+            Err(CliError::usage(path.display().to_string(), what, "give another folder with --dir"))
+        })
     }
 
     fn write(&self, name: &str, text: &str) -> Result<(), CliError> {

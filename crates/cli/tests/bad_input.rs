@@ -23,7 +23,9 @@ impl Bench {
     }
 
     fn write(&self, name: &str, text: &str) {
-        std::fs::write(self.dir.join(name), text).unwrap();
+        let path = self.dir.join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
     }
 
     fn run(&self, arguments: &[&str]) -> Output {
@@ -289,4 +291,23 @@ fn an_episode_is_no_law_that_could_be_added() {
         let message = bench.refused(arguments);
         assert!(message.contains("acted once") && message.contains("RUN@FROM..TO"), "{message}");
     }
+}
+
+#[test]
+fn a_demo_leaves_files_alone_that_it_did_not_write() {
+    let bench = Bench::new("demo");
+    bench.write("mine/waves.csv", "time\n");
+    let message = bench.refused(&["demo", "--dir", "mine"]);
+    assert!(message.contains("waves.csv: is there, is not the demo's"), "{message}");
+    bench.write("arm.sinew.toml", &SIDECAR.replace("1800.0", "1700.0"));
+    assert!(bench.refused(&["demo", "--dir", "."]).contains("arm.sinew.toml: is there"));
+}
+
+#[test]
+fn noise_that_a_map_states_of_a_sensor_that_is_not_there_is_told() {
+    let bench = Bench::new("map");
+    bench.write("map.toml", "[sensors]\n\"motor_torque.elbo\" = { std = 0.05 }\n");
+    let output = bench.run(&["check", "arm.sinew.toml", "run.csv", "--columns", "map.toml"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("the columns map: states noise of motor_torque.elbo, which"), "{text}");
 }

@@ -174,4 +174,5 @@ fn a_trial_counts_false_acceptances_and_says_what_follows() {
     );
     // Two runs of 3 s on which the elbow's friction is the only thing missing.
     assert!(trial["effects"].to_string().contains("coulomb_friction@elbow"), "{trial}");
+    std::fs::remove_dir_all(dir).unwrap();
 }

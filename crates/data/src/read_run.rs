@@ -127,12 +127,13 @@ fn state_sensors(run: &mut Run, path: &Path, columns: Option<&ColumnMap>) -> Res
         true => SensorFacts::parse(&read_text(&beside)?, &file_name(&beside))?,
         false => SensorFacts::default(),
     };
+    let mapped = columns.map_or(&[][..], |map| &map.sensors.list);
     let is_there = |fact: &SensorFact| {
         fact.place.as_ref().is_none_or(|place| run.signal(fact.quantity, place).is_some())
     };
-    let note = |fact: &SensorFact| Note {
+    let note = |fact: &SensorFact, stated_in: String| Note {
         severity: Severity::Warning,
-        place: file_name(&beside),
+        place: stated_in,
         statement: format!(
             "states noise of {}.{}, which the run does not have",
             fact.quantity,
@@ -140,7 +141,10 @@ fn state_sensors(run: &mut Run, path: &Path, columns: Option<&ColumnMap>) -> Res
         ),
         help: "compare its spelling with the header of the run".to_owned(),
     };
-    let notes: Vec<Note> = own.list.iter().filter(|f| !is_there(f)).map(note).collect();
+    let of_run = own.list.iter().map(|fact| (fact, file_name(&beside)));
+    let of_map = mapped.iter().map(|fact| (fact, "the columns map".to_owned()));
+    let lost = of_run.chain(of_map).filter(|(fact, _)| !is_there(fact));
+    let notes: Vec<Note> = lost.map(|(fact, stated_in)| note(fact, stated_in)).collect();
     run.notes.extend(notes);
     for signal in &mut run.signals {
         own.apply(signal);

@@ -138,7 +138,11 @@ fn explain(file: &str, text: &str, mut error: toml::de::Error) -> UrdfError {
             what: format!("{path}: wrong kind of value"),
             got: got.to_owned(),
             allowed: allowed.to_owned(),
-            help: "numbers stand without quotes, words within them",
+            help: match path.as_str() {
+                "couplings" => "write [[couplings]]: each is a table of its own, in any number",
+                "effects" => "write [[effects]]: each is a table of its own, in any number",
+                _ => "numbers stand without quotes, words within them",
+            },
         };
     }
     let help = "strings stand in quotes, lists in brackets, and a table or key is stated once";

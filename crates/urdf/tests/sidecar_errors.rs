@@ -97,6 +97,10 @@ fn values_of_the_wrong_kind_are_refused() {
         message("gravity = -9.81\n")
             .contains("gravity: wrong kind of value (got floating point `-9.81`, allowed: a sequence)")
     );
+    assert!(
+        message("[effects]\nkind = \"payload\"\n")
+            .ends_with("write [[effects]]: each is a table of its own, in any number")
+    );
     assert!(message("[joints]\nelbow = 3\n").contains("joints.elbow: wrong kind of value (got integer `3`"));
     assert!(message("[[effects]]\nkind = \"payload\"\nmass = true\n").contains(
         "wrong kind of value (got boolean `true`, allowed: a number, a list of numbers or a word)"
