@@ -14,6 +14,7 @@ use crate::remainder::Left;
 use crate::search::{Accepted, Search};
 use crate::trial::How;
 use crate::unknowns::Unknown;
+use crate::verdict::NEAR_FLOOR;
 
 /// What the probability of a name rests on.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -111,6 +112,9 @@ const UNEVEN: f64 = 3.0;
 // Share of what is left from which a generic predictor foretells more than it does of noise (0.00 in each of nineteen logs of one
 // and two joints in which nothing is hidden).
 const BY_CHANCE: f64 = 0.02;
+// Share of what is left up to which rows are as independent as those of noise: what other causes leave of like errors is foretold
+// by the row before from a fifth up.
+const WHITE: f64 = 0.1;
 // z below which a tension, not the data, carries an effect.
 const LEAST_Z: f64 = 3.0;
 
@@ -184,7 +188,9 @@ fn left_of(
     let by_tension = rests_on_tension(evidence);
     let concerns = |c: usize| by_tension || layout.channels[c].dof == dof;
     let foretold = |c: usize| reports[c].predictable_remainder;
-    let is_small = |c: usize| left[c].square <= left[c].noise();
+    // As large as an adequate model's may be, and as white as noise.
+    let is_white = |c: usize| reports[c].distance_to_floor < NEAR_FLOOR && left[c].is_white();
+    let is_small = |c: usize| left[c].square <= left[c].noise() || is_white(c);
     let is_noise = |c: usize| is_small(c) && (by_tension || foretold(c) < BY_CHANCE);
     if (0..left.len()).all(|c| !concerns(c) || is_noise(c)) {
         return 0.0;
@@ -211,6 +217,11 @@ impl Left {
     // The most that noise may be of the mean square.
     fn noise(&self) -> f64 {
         NOISE.min(UNEVEN * self.quiet)
+    }
+
+    // Noise that is larger than it was taken for leaves independent rows still.
+    fn is_white(&self) -> bool {
+        self.foretold < WHITE * self.square
     }
 
     // The share of the mean square that is more than that.
@@ -267,6 +278,12 @@ mod tests {
         assert!(p(|g| g.apart = 0.5) < 0.55 * p(|_| ()) && p(|g| g.apart = 0.05) > 0.98 * p(|_| ()));
         assert!(p(|g| g.next = 1.0) < p(|_| ()));
         assert!(p(|g| g.z = f64::INFINITY) <= MOST && p(|g| g.z = 0.0) >= LEAST);
+    }
+
+    #[test]
+    fn what_is_white_is_noise_of_another_size() {
+        let left = |foretold| Left { square: 2.6, quiet: 1.0, foretold };
+        assert!(left(0.01).is_white() && !left(0.6).is_white());
     }
 
     #[test]

@@ -10,8 +10,8 @@ use crate::search::{Search, State};
 // Share of the remaining variance that may be predictable in a complete model, and in one that is half explained.
 const COMPLETE: f64 = 0.1;
 const HALF: f64 = 0.3;
-// Distance to the reachable floor of an adequate model.
-const NEAR_FLOOR: f64 = 2.0;
+/// Distance to the reachable floor of an adequate model.
+pub(crate) const NEAR_FLOOR: f64 = 2.0;
 // What the past foretells of the rows of an adequate model, in the variance of their noise.
 const FORETOLD: f64 = 0.5;
 // Error, as a share of its signal, below which a channel holds nothing: a log without noise shows the steps of the
