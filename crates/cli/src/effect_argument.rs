@@ -102,7 +102,7 @@ pub(crate) fn new_effects(arguments: &[String], robot: &Robot) -> Result<Vec<Eff
 pub(crate) fn with_start_values(mut spec: EffectSpec, robot: &Robot) -> EffectSpec {
     let Some(entry) = CATALOGUE.find(&spec.kind) else { return spec };
     for parameter in entry.card.parameters {
-        if spec.get(parameter.key).is_some() || parameter.role == Role::Stated {
+        if spec.get(parameter.key).is_some() || parameter.is_stated() {
             continue;
         }
         match (parameter.written, parameter.component) {

@@ -158,6 +158,16 @@ impl Parameter {
             written: Written::Plain,
         }
     }
+    /// The same, fitted where the file states its standard deviation.
+    pub const fn optional(key: &'static str, symbol: &'static str, unit: &'static str) -> Self {
+        let mut parameter = Self::stated(key, symbol, unit);
+        parameter.role = Role::Optional;
+        parameter
+    }
+    /// True if it is in the file or is nothing.
+    pub const fn is_stated(&self) -> bool {
+        matches!(self.role, Role::Stated | Role::Optional)
+    }
     /// The same parameter, written as its reciprocal in files: 1/K inside, K outside.
     pub const fn reciprocal(mut self) -> Self {
         self.written = Written::Reciprocal;
@@ -171,7 +181,7 @@ impl Parameter {
     /// The value at which an effect of only zero strengths starts: 0, or the middle of a shape's grid.
     pub fn start(&self) -> f64 {
         match self.role {
-            Role::Strength | Role::Stated => 0.0,
+            Role::Strength | Role::Stated | Role::Optional => 0.0,
             Role::Shape { grid } => grid[grid.len() / 2],
         }
     }
@@ -224,6 +234,8 @@ pub enum Role {
     },
     /// Stated in the file, never fitted.
     Stated,
+    /// Stated in the file, and fitted where its standard deviation is stated, too. The search tries the effect without and with it.
+    Optional,
 }
 
 /// How well a stated value is known when the user says nothing, as one standard deviation.

@@ -11,7 +11,8 @@ use crate::entry::{at_robot, body_of, rival, twin};
 /// m, m c, I  ←  m + m_p, m c + h_p, I + I_p  in the tool frame
 /// ```
 ///
-/// First moment and inertia about the origin of the tool frame are stated, not fitted: few motions show them.
+/// First moment and inertia about the origin of the tool frame are fitted where `first_moment_std` and `inertia_std` are stated; the
+/// search tries a point at the origin, a body that is elsewhere, and one of some extent.
 #[derive(Debug, Clone)]
 pub struct Payload {
     /// The body that carries the tool.
@@ -30,15 +31,15 @@ static CARD: Card = Card {
     energy: Energy::Stores,
     parameters: &[
         Parameter::positive("mass", "m_p", "kg", Prior::Share(0.03)),
-        Parameter::stated("first_moment", "h_x", "kg·m").component(0),
-        Parameter::stated("first_moment", "h_y", "kg·m").component(1),
-        Parameter::stated("first_moment", "h_z", "kg·m").component(2),
-        Parameter::stated("inertia", "I_xx", "kg·m²").component(0),
-        Parameter::stated("inertia", "I_yy", "kg·m²").component(1),
-        Parameter::stated("inertia", "I_zz", "kg·m²").component(2),
-        Parameter::stated("inertia", "I_xy", "kg·m²").component(3),
-        Parameter::stated("inertia", "I_xz", "kg·m²").component(4),
-        Parameter::stated("inertia", "I_yz", "kg·m²").component(5),
+        Parameter::optional("first_moment", "h_x", "kg·m").component(0),
+        Parameter::optional("first_moment", "h_y", "kg·m").component(1),
+        Parameter::optional("first_moment", "h_z", "kg·m").component(2),
+        Parameter::optional("inertia", "I_xx", "kg·m²").component(0),
+        Parameter::optional("inertia", "I_yy", "kg·m²").component(1),
+        Parameter::optional("inertia", "I_zz", "kg·m²").component(2),
+        Parameter::optional("inertia", "I_xy", "kg·m²").component(3),
+        Parameter::optional("inertia", "I_xz", "kg·m²").component(4),
+        Parameter::optional("inertia", "I_yz", "kg·m²").component(5),
     ],
     screening: Screening::Linear,
     requires: &[],

@@ -60,6 +60,7 @@ pub(crate) fn role(parameter: &Parameter) -> &'static str {
         (Role::Strength, Written::Reciprocal) => "strength, as its reciprocal",
         (Role::Shape { .. }, _) => "shape",
         (Role::Stated, _) => "stated, never fitted",
+        (Role::Optional, _) => "fitted if its std is stated",
     }
 }
 
@@ -73,7 +74,7 @@ pub(crate) fn range(parameter: &Parameter) -> String {
 
 pub(crate) fn prior(parameter: &Parameter) -> String {
     match (parameter.role, parameter.prior) {
-        (Role::Stated, _) => "–".to_owned(),
+        (Role::Stated | Role::Optional, _) => "–".to_owned(),
         (_, Prior::Share(share)) => format!("± {} %", (1000.0 * share).round() / 10.0),
         (_, Prior::Absolute(std)) if parameter.unit == "–" => format!("± {std}"),
         (_, Prior::Absolute(std)) => format!("± {std} {}", parameter.unit),

@@ -253,7 +253,8 @@ fn started(
                 p[first + s] = if *exact {
                     p[first + s] * score.strengths[0].clamp(0.3, 3.0)
                 } else {
-                    score.strengths[k]
+                    let (low, high) = trial.card.parameters[s].range;
+                    score.strengths[k].clamp(low, high)
                 };
             }
             if let [share, shift] = score.strengths[..]
@@ -268,7 +269,7 @@ fn started(
             }
             let mut new = Unknown::of_effect(&model.plant, effect);
             for unknown in &mut new {
-                if !unknown.shape {
+                if !unknown.shape && !unknown.optional {
                     unknown.prior = None;
                     unknown.scale = model.p[unknown.position].abs().max(1e-9);
                 }

@@ -293,8 +293,12 @@ fn too_little_kept(kept: f64, promised: f64, about: &str) -> Option<String> {
 // own and runs may differ.
 fn unsure(search: &Search, before: &State, after: &State) -> Vec<(Trial, String)> {
     let reports = parameters(search, after, widening(search, after));
-    let strengths: Vec<_> =
-        reports.iter().zip(&after.fitted.model.unknowns).filter(|(_, u)| !u.shape).map(|(r, _)| r).collect();
+    let strengths: Vec<_> = reports
+        .iter()
+        .zip(&after.fitted.model.unknowns)
+        .filter(|(_, u)| !u.shape && !u.optional)
+        .map(|(r, _)| r)
+        .collect();
     let is_unsure = |entry: &&Accepted| {
         let own = || strengths.iter().filter(|(effect, _)| *effect == entry.effect);
         let is_new = matches!(entry.trial.how, How::New { .. });

@@ -80,7 +80,8 @@ pub(crate) fn refit(
     }
     let Descent { model, own, new, at, white, best, .. } = descent;
     let (strengths, orthogonal) = orthogonal(layout, &model, whitener, &at, &own)?;
-    let held_out = held_out(layout, &orthogonal, &base.white, &white);
+    let weights: Vec<f64> = strengths.iter().map(|&k| model.unknowns[k].weight()).collect();
+    let held_out = held_out(layout, &orthogonal, &weights, &base.white, &white);
     let pair =
         Pair { before: &base.white, after: &white, raw_before: &base.at.residual, raw_after: &at.residual };
     let tension = base.model.penalty() - model.penalty();
@@ -137,8 +138,15 @@ fn orthogonal(
     Some((strengths, orthogonal))
 }
 
-// Per fold: ‖r₀‖² − ‖r₁ − Z⊥ δ‖², with δ the candidate's change of strengths when the fold is left out.
-fn held_out(layout: &Layout, orthogonal: &faer::Mat<f64>, before: &[f64], after: &[f64]) -> Vec<f64> {
+// Per fold: ‖r₀‖² − ‖r₁ − Z⊥ δ‖², with δ the candidate's change of strengths when the fold is left out; `weights` of their
+// priors.
+fn held_out(
+    layout: &Layout,
+    orthogonal: &faer::Mat<f64>,
+    weights: &[f64],
+    before: &[f64],
+    after: &[f64],
+) -> Vec<f64> {
     let k = orthogonal.ncols();
     let mut folds = vec![(faer::Mat::<f64>::zeros(k, k), vec![0.0; k], 0.0); layout.folds];
     for row in 0..layout.len {
@@ -151,7 +159,7 @@ fn held_out(layout: &Layout, orthogonal: &faer::Mat<f64>, before: &[f64], after:
             }
         }
     }
-    let mut total = (faer::Mat::<f64>::zeros(k, k), vec![0.0; k]);
+    let mut total = (faer::Mat::from_fn(k, k, |i, l| if i == l { weights[i] } else { 0.0 }), vec![0.0; k]);
     for (s, b, _) in &folds {
         total.0 += s;
         total.1.iter_mut().zip(b).for_each(|(t, x)| *t += x);
@@ -184,7 +192,7 @@ fn vague(
     };
     let counts = |k: usize| {
         let unknown = &model.unknowns[k];
-        !unknown.shape && switch.is_none_or(|switch| unknown.id.parameter == switch)
+        !unknown.shape && !unknown.optional && switch.is_none_or(|switch| unknown.id.parameter == switch)
     };
     let strengths: Vec<usize> = own.iter().copied().filter(|&k| counts(k)).collect();
     (!strengths.is_empty() && !strengths.into_iter().any(sure))
@@ -247,7 +255,7 @@ fn impossible(
     };
     let strength = |k: usize| (&model.unknowns[k], model.p[model.unknowns[k].position]);
     let positive = |u: &Unknown| u.range.0 == 0.0 && !u.shape;
-    let mut strengths = own.iter().map(|&k| strength(k)).filter(|(u, _)| !u.shape);
+    let mut strengths = own.iter().map(|&k| strength(k)).filter(|(u, _)| !u.shape && !u.optional);
     if strengths.clone().all(|(u, value)| positive(u) && value <= 0.0)
         && let Some((u, _)) = strengths.next()
     {

@@ -273,7 +273,7 @@ impl<'a> Screen<'a> {
         })
     }
 
-    // S = ZᵀZ − ZᵀJ A⁻¹ JᵀZ,  s = Zᵀ r⊥,  a = S⁻¹ s
+    // S = ZᵀZ − ZᵀJ A⁻¹ JᵀZ + W,  s = Zᵀ r⊥,  a = S⁻¹ s;  W: what is known of the strengths
     fn added(&self, trial: &Trial, white: &[Vec<f64>]) -> Option<Score> {
         let own: Vec<f64> = white.iter().map(|z| dot(z, z)).collect();
         if own.iter().all(|n| *n <= 1e-12 || !n.is_finite()) {
@@ -283,11 +283,12 @@ impl<'a> Screen<'a> {
         let j = &self.jacobian;
         let share = self.base.normal.solve_many(&cross(j, &z));
         let orthogonal: Mat<f64> = &z - j * &share;
-        let s_matrix = cross(&z, &orthogonal);
+        let mut s_matrix = cross(&z, &orthogonal);
         let s = cross(&z, &self.minimum);
         let k = white.len();
         let right: Vec<f64> = (0..k).map(|i| s[(i, 0)]).collect();
         let left = (0..k).map(|i| s_matrix[(i, i)] / own[i].max(1e-300)).fold(0.0, f64::max);
+        trial.weights().iter().enumerate().for_each(|(i, weight)| s_matrix[(i, i)] += weight);
         let normal = Normal::new(&s_matrix)?;
         let a = normal.solve(&right);
         let stds = normal.variances().iter().map(|v| v.max(0.0).sqrt()).collect();

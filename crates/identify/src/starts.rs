@@ -91,13 +91,15 @@ pub(crate) fn with_lines(mut list: Vec<usize>, trials: &[Trial], scores: &[Optio
 
 fn best_by_label(trials: &[Trial], scores: &[Option<Score>], counts: impl Fn(&Score) -> bool) -> Vec<usize> {
     let drop = |k: usize| scores[k].as_ref().map_or(0.0, |s| s.drop);
+    // Of starts of one effect those with more parameters must be worth them.
+    let worth = |k: usize| drop(k) - PARAMETER * trials[k].parameters as f64;
     let mut best: Vec<usize> = Vec::new();
     for k in 0..trials.len() {
         if !scores[k].as_ref().is_some_and(|s| s.drop.is_finite() && s.drop >= LEAST_DROP && counts(s)) {
             continue;
         }
         match best.iter_mut().find(|b| trials[**b].label() == trials[k].label()) {
-            Some(slot) if drop(*slot) < drop(k) => *slot = k,
+            Some(slot) if worth(*slot) < worth(k) => *slot = k,
             Some(_) => {}
             None => best.push(k),
         }
@@ -129,6 +131,8 @@ const WORTH_A_WORD: f64 = 30.0;
 // Most candidates refitted in a round, and fewest and most for one place.
 const SHORT_LIST: usize = 8;
 const SHORT_LIST_PLACE: (usize, usize) = (3, 5);
+// Fall of the objective that a start must promise for each parameter more: about ln of the rows of a log.
+const PARAMETER: f64 = 3.0;
 // Share of its promise that a candidate must keep for its place in the list to count.
 const HOLLOW: f64 = 0.1;
 // Releases refitted besides.

@@ -74,7 +74,9 @@ struct Forced<'a> {
 // An effect is present if some strength of it is not zero; an absent one hands nothing on.
 fn present(plant: &Plant, p: &[f64], effect: usize) -> bool {
     let parameters = plant.effects()[effect].effect.card().parameters.iter();
-    let strengths = parameters.zip(&p[plant.range(effect)]).filter(|(q, _)| q.role == Role::Strength);
+    let strengths = parameters
+        .zip(&p[plant.range(effect)])
+        .filter(|(q, _)| matches!(q.role, Role::Strength | Role::Optional));
     let values: Vec<f64> = strengths.map(|(_, &x)| x).collect();
     values.is_empty() || values.iter().any(|x| *x != 0.0)
 }

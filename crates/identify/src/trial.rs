@@ -1,8 +1,10 @@
 //! The candidates that a catalogue offers to a model: effect, place, start values.
 
 use sinew_data::Quantity;
-use sinew_effect::{Card, Entry, PlaceKind, Requirement, Role, SWING_FREQUENCY, Screening, Sensor, Written};
-use sinew_model::{EffectSpec, Place};
+use sinew_effect::{
+    Card, Entry, Parameter, PlaceKind, Requirement, Role, SWING_FREQUENCY, Screening, Sensor, Written,
+};
+use sinew_model::{EffectSpec, Place, Setting};
 use sinew_plant::Plant;
 use sinew_rigid::mass_matrix;
 
@@ -80,12 +82,23 @@ impl Trial {
     pub fn complexity(&self) -> f64 {
         let count = self.parameters as f64;
         match self.card.name {
-            "payload" => 0.8,
+            "payload" => 0.8 * count,
             "base_tilt" => 0.85 * count,
             "presliding_friction" => 1.5 * count,
             _ if self.is_plain_friction() => 0.9,
             _ => count,
         }
+    }
+
+    /// 1/σ² of the strengths that are screened; zero where nothing is known.
+    pub fn weights(&self) -> Vec<f64> {
+        let How::New { spec, strengths, .. } = &self.how else { return Vec::new() };
+        let weight = |&k: &usize| {
+            let parameter = &self.card.parameters[k];
+            let std = optional_std(parameter, spec);
+            std.map_or(0.0, |std| 1.0 / (std * std))
+        };
+        strengths.iter().map(weight).collect()
     }
 
     /// True for the friction that every drive has.
@@ -96,6 +109,10 @@ impl Trial {
     /// The sentence that refuses strengths of an impossible sign.
     pub fn wrong_sign(&self, strengths: &[f64]) -> Option<String> {
         let How::New { strengths: screened, exact, .. } = &self.how else { return None };
+        // What the rest was bent to takes from a mass what its first moment gives back.
+        if self.weights().iter().any(|weight| *weight > 0.0) {
+            return None;
+        }
         if *exact {
             return (strengths[0] <= 0.0).then(|| "the residual asks for its opposite".to_owned());
         }
@@ -163,8 +180,7 @@ impl Offer<'_> {
             .into_iter()
             .map(|start| {
                 let Start { spec, strengths, exact, line } = start;
-                let stated = card.parameters.iter().filter(|p| p.role == Role::Stated).count();
-                let parameters = card.parameters.len() - stated;
+                let parameters = card.parameters.iter().filter(|p| is_fitted(p, &spec)).count();
                 Trial {
                     card,
                     place: place.clone(),
@@ -261,7 +277,17 @@ impl Offer<'_> {
                     Some((k, grid)) => {
                         grid.iter().map(|&v| Start::derived(set(&plain, k, v), &strengths)).collect()
                     }
-                    None => vec![Start::derived(plain, &strengths)],
+                    None => {
+                        let all = |spec: &EffectSpec| -> Vec<usize> {
+                            (0..card.parameters.len())
+                                .filter(|&k| is_fitted(&card.parameters[k], spec))
+                                .collect()
+                        };
+                        let more = self.with_optional(card, &plain).into_iter();
+                        let more =
+                            more.map(|spec| (all(&spec), spec)).map(|(k, spec)| Start::derived(spec, &k));
+                        std::iter::once(Start::derived(plain, &strengths)).chain(more).collect()
+                    }
                 }
             }
             Screening::Exact { strengths: tried } => {
@@ -311,6 +337,23 @@ impl Offer<'_> {
             }
             Screening::Release { .. } => Vec::new(),
         }
+    }
+
+    // The same effect with the first of what is optional of it zero and known to about its usual size, then with the second, too; none
+    // if nothing is, or if the robot has a single joint, which shows no more of a body than its own link has.
+    fn with_optional(&self, card: &Card, spec: &EffectSpec) -> Vec<EffectSpec> {
+        let model = &self.problem.robot.model;
+        let mut alike: Vec<&[Parameter]> = card.parameters.chunk_by(|a, b| a.key == b.key).collect();
+        alike.retain(|parameters| parameters[0].role == Role::Optional && model.nv > 1);
+        let mass: f64 = model.joints.iter().map(|joint| joint.inertia.mass).sum();
+        let with = |spec: &mut EffectSpec, parameters: &[Parameter]| {
+            let (Parameter { key, unit, .. }, count) = (&parameters[0], parameters.len());
+            let usual = mass * if *unit == "kg·m" { USUAL_LEVER } else { USUAL_LEVER * USUAL_LEVER };
+            spec.settings.push(((*key).to_owned(), Setting::Numbers(vec![0.0; count])));
+            spec.settings.push((format!("{key}_std"), Setting::Numbers(vec![usual; count])));
+            Some(spec.clone())
+        };
+        alike.into_iter().scan(spec.clone(), |spec, parameters| with(spec, parameters)).collect()
     }
 
     // K = I ω², D = 2 ζ √(K I) for every frequency; none on a slow log without link encoder, which holds no antiresonance.
@@ -427,6 +470,22 @@ impl Offer<'_> {
         let q: Vec<f64> = record.theta.iter().map(|t| t[record.len() / 2]).collect();
         mass_matrix(model, &q)[(dof, dof)]
     }
+}
+
+// First moment of a load about the tool, as a lever of the mass of the robot; its square for inertias, m.
+const USUAL_LEVER: f64 = 0.05;
+// The standard deviation that is stated of an optional parameter.
+fn optional_std(parameter: &Parameter, spec: &EffectSpec) -> Option<f64> {
+    let stated = spec.get(&format!("{}_std", parameter.key)).filter(|_| parameter.role == Role::Optional)?;
+    match stated {
+        Setting::Number(std) => Some(*std),
+        Setting::Numbers(stds) => stds.get(parameter.component?).copied(),
+        Setting::Word(_) => None,
+    }
+}
+
+fn is_fitted(parameter: &Parameter, spec: &EffectSpec) -> bool {
+    !parameter.is_stated() || optional_std(parameter, spec).is_some()
 }
 
 // Damping ratio of a spring that nobody stated.

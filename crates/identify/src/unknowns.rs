@@ -18,6 +18,8 @@ pub(crate) struct Unknown {
     pub range: (f64, f64),
     /// True for a shape: it stays positive and moves by factors.
     pub shape: bool,
+    /// True if it is nothing without a strength of its effect beside it.
+    pub optional: bool,
 }
 
 /// A stated value is pulled this many standard deviations at the most: beyond, another cause must be found.
@@ -28,10 +30,10 @@ impl Unknown {
     pub fn new(plant: &Plant, id: ParameterId) -> Option<Self> {
         let active = &plant.effects()[id.effect];
         let parameter = &active.effect.card().parameters[id.parameter];
-        if parameter.role == Role::Stated {
+        let (value, optional) = (active.values[id.parameter], parameter.role == Role::Optional);
+        if parameter.role == Role::Stated || (optional && active.stds[id.parameter].is_none()) {
             return None;
         }
-        let value = active.values[id.parameter];
         let share = |s: f64| (value != 0.0).then_some((value, s * value.abs()));
         let prior = match (active.stds[id.parameter], parameter.prior) {
             (Some(std), _) if std > 0.0 => Some((value, std)),
@@ -43,7 +45,7 @@ impl Unknown {
         // A shape that nobody knows still has a size.
         let prior = if shape { prior.or_else(|| share(1.0)) } else { prior };
         let scale = prior.map_or(if value != 0.0 { value.abs() } else { 1.0 }, |(_, std)| std);
-        Some(Self { id, position: plant.position(id), prior, scale, range: parameter.range, shape })
+        Some(Self { id, position: plant.position(id), prior, scale, range: parameter.range, shape, optional })
     }
 
     /// All parameters of one effect.

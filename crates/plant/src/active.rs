@@ -1,6 +1,6 @@
 //! An effect that is part of a plant: the law, where it came from and its values.
 
-use sinew_effect::{Ask, Catalogue, Effect, Entry, PlaceKind, Role, Site, Written};
+use sinew_effect::{Ask, Catalogue, Effect, Entry, PlaceKind, Site, Written};
 use sinew_model::{EffectSpec, Hinge, LinkId, Model, Place, Setting};
 
 use crate::PlantError;
@@ -47,7 +47,7 @@ impl Active {
             let value = value.unwrap_or_else(|| parameter.start());
             let (low, high) = parameter.range;
             let in_range = value >= low && value <= high;
-            if !(value.is_finite() && (in_range || parameter.role == Role::Stated)) {
+            if !(value.is_finite() && (in_range || parameter.is_stated())) {
                 return Err(PlantError::BadParameter {
                     kind: spec.kind.clone(),
                     place: spec.place.to_string(),
@@ -78,7 +78,7 @@ impl Active {
                 Written::Reciprocal => (1.0 / values[k], stds[k].map(|s| s / (values[k] * values[k]))),
             };
             let stated = spec.get(parameter.key).is_some();
-            if parameter.role == Role::Stated && !stated {
+            if parameter.is_stated() && !stated {
                 continue;
             }
             write(&mut spec, parameter.key, parameter.component, value);
