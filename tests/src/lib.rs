@@ -15,7 +15,7 @@ mod suite;
 pub use described::described_case;
 pub use drawn::drawn_case;
 pub use foreign::{Edit, Foreign, PUSHED, Way, foreign_catalogue, foreign_causes, push};
-pub use hidden::{Hidden, are_twins, hidden_effects};
+pub use hidden::{Hidden, How, are_twins, hidden_effects};
 pub use mixed::mixed_case;
 pub use nulls::{Estimate, NullCase, null_statistics};
 pub use robots::{Arm, one_joint, six_joints, two_joints};

@@ -4,9 +4,10 @@
 use rayon::prelude::*;
 
 use sinew_identify::{Options, Verdict};
+use sinew_model::{EffectSpec, Place, Setting};
 use sinew_tests::{
-    Arm, Case, Conditions, Outcome, drawn_case, foreign_causes, hidden_effects, judge, null_case, one_joint,
-    two_joints,
+    Arm, Case, Conditions, Hidden, How, Outcome, drawn_case, foreign_causes, hidden_effects, judge,
+    null_case, one_joint, six_joints, two_joints,
 };
 
 // One effect of each family and kind of screen, in one joint.
@@ -90,6 +91,31 @@ fn parent_and_child_are_named_where_both_are_missing() {
     let names: Vec<&str> = diagnosis.accepted.iter().map(|a| a.effect.as_str()).collect();
     assert_eq!(names, ["coulomb_friction", "presliding_friction"]);
     assert_eq!(diagnosis.verdict, Verdict::Missing);
+}
+
+// A rod of 1 kg and 0.3 m that points outwards from the tool of six rigid joints, at 100 Hz: mass and centre are told.
+#[test]
+fn a_payload_is_no_point_where_the_log_says_so() {
+    let mut arm = six_joints();
+    for joint in &mut arm.robot.joints {
+        (joint.stiffness, joint.damping) = (None, 0.0);
+    }
+    let (mass, centre) = (1.0, 0.15);
+    let about_end = mass * centre * centre * 4.0 / 3.0;
+    let mut rod = EffectSpec::new("payload", Place::Robot).with("mass", mass);
+    let mut say = |key: &str, values: Vec<f64>| rod.settings.push((key.to_owned(), Setting::Numbers(values)));
+    say("first_moment", vec![mass * centre, 0.0, 0.0]);
+    say("inertia", vec![0.0, about_end, about_end, 0.0, 0.0, 0.0]);
+    let hidden = Hidden { effect: "payload", place: Place::Robot.to_string(), dof: 5, how: How::Added(rod) };
+    let conditions = Conditions::named("motor", "fine/10").expect("conditions of the suite");
+    let case = Case::new(&arm, &[&hidden], conditions, 0);
+    let (_, diagnosis) = judge(&arm, &case, &Options::default()).expect("a diagnosis");
+    let [payload] = &diagnosis.candidates[..] else { panic!("{:?}", diagnosis.accepted) };
+    assert!(payload.effect == "payload" && payload.probability > 0.9, "{payload:?}");
+    for (key, value) in [("mass", mass), ("first_moment.x", mass * centre)] {
+        let told = payload.values.iter().find(|p| p.name.ends_with(key)).expect("it is fitted");
+        assert!((told.value - value).abs() < 4.0 * told.std && told.std < 0.1 * value, "{told:?}");
+    }
 }
 
 // What a friction that warms up leaves shrinks by a tenth if torques act a quarter of a millisecond early, and the log is less

@@ -131,8 +131,9 @@ const WORTH_A_WORD: f64 = 30.0;
 // Most candidates refitted in a round, and fewest and most for one place.
 const SHORT_LIST: usize = 8;
 const SHORT_LIST_PLACE: (usize, usize) = (3, 5);
-// Fall of the objective that a start must promise for each parameter more: about ln of the rows of a log.
-const PARAMETER: f64 = 3.0;
+// Fall of the objective that a start must promise for each parameter that it has more than another of the same effect: about ln of
+// the rows of a log.
+const PARAMETER: f64 = 10.0;
 // Share of its promise that a candidate must keep for its place in the list to count.
 const HOLLOW: f64 = 0.1;
 // Releases refitted besides.
