@@ -10,7 +10,7 @@ pub fn markdown() -> String {
         "# The catalogue of physical effects\n\n\
          Printed from the cards of the effects; `SINEW_BLESS=1 cargo test -p sinew-effects` prints it anew.\n\n\
          A *strength* is zero where the effect is absent; a *shape* has no meaning at zero strength; what is \
-         *stated* is taken\nfrom the file and never fitted. Units are those of a turning joint, on the link side; \
+         *stated* is taken\nfrom the file and not fitted, or only with its std beside it. Units are those of a turning joint, on the link side; \
          for sliding joints read N and m.\n\n| effect | what it is | energy |\n|---|---|---|\n",
     );
     for card in CATALOGUE.entries.iter().map(|e| e.card) {

@@ -278,10 +278,10 @@ fn load_at_tool(search: &Search, state: &State) -> Option<Finding> {
         is_moment && tool.body.is_some() && body(&entry.trial.place) == tool.body
     })?;
     let statement = format!(
-        "a payload counts as a point at the origin of {}: {} is also what one is whose centre of mass is elsewhere; if so, say by \
-         `tool` in the sidecar which link's frame it is in, or state it with mass and first moment",
-        tool.name,
-        moment.trial.label()
+        "{} is also what a load at {} is whose mass this log does not tell; if there is one, weigh it and state it as a payload with \
+         mass and first moment",
+        moment.trial.label(),
+        tool.name
     );
     let (joint, signal, regime) = (String::new(), String::new(), "tool".to_owned());
     Some(Finding { joint, signal, regime, statement, share: 0.0 })
