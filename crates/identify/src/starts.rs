@@ -48,6 +48,9 @@ pub(crate) fn short_list(trials: &[Trial], scores: &[Option<Score>], joints: usi
     let releases = best.iter().filter(|&&k| matches!(trials[k].how, How::Release { .. }));
     let unheard: Vec<usize> = releases.copied().filter(|k| !list.contains(k)).take(RELEASES).collect();
     list.extend(unheard);
+    // What the rest was bent to takes from a mass what its first moment gives back.
+    let bent = best_by_label(trials, scores, |s| s.out.is_some() && s.drop > LEAST * top);
+    list.extend(bent.into_iter().filter(|&k| trials[k].has_optional()));
     list
 }
 

@@ -101,6 +101,11 @@ impl Trial {
         strengths.iter().map(weight).collect()
     }
 
+    /// True if it has more to it than its strength.
+    pub fn has_optional(&self) -> bool {
+        self.weights().iter().any(|weight| *weight > 0.0)
+    }
+
     /// True for the friction that every drive has.
     pub fn is_plain_friction(&self) -> bool {
         matches!(self.card.name, "viscous_friction" | "coulomb_friction")
@@ -109,10 +114,6 @@ impl Trial {
     /// The sentence that refuses strengths of an impossible sign.
     pub fn wrong_sign(&self, strengths: &[f64]) -> Option<String> {
         let How::New { strengths: screened, exact, .. } = &self.how else { return None };
-        // What the rest was bent to takes from a mass what its first moment gives back.
-        if self.weights().iter().any(|weight| *weight > 0.0) {
-            return None;
-        }
         if *exact {
             return (strengths[0] <= 0.0).then(|| "the residual asks for its opposite".to_owned());
         }
