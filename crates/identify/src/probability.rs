@@ -112,8 +112,8 @@ const UNEVEN: f64 = 3.0;
 // Share of what is left from which a generic predictor foretells more than it does of noise (0.00 in each of nineteen logs of one
 // and two joints in which nothing is hidden).
 const BY_CHANCE: f64 = 0.02;
-// Share of what is left up to which rows are as independent as those of noise: what other causes leave of like errors is foretold
-// by the row before from a fifth up.
+// Share of what is left up to which rows are as independent as those of noise: what is left by laws that are only like a cause from
+// outside is foretold by the row before from 0.18 up, or ends beyond two floors.
 const WHITE: f64 = 0.1;
 // z below which a tension, not the data, carries an effect.
 const LEAST_Z: f64 = 3.0;
