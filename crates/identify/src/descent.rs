@@ -269,7 +269,7 @@ fn started(
             }
             let mut new = Unknown::of_effect(&model.plant, effect);
             for unknown in &mut new {
-                if !unknown.shape && !unknown.optional {
+                if unknown.is_strength() {
                     unknown.prior = None;
                     unknown.scale = model.p[unknown.position].abs().max(1e-9);
                 }

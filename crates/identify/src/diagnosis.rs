@@ -289,8 +289,8 @@ fn load_at_tool(search: &Search, state: &State) -> Option<Finding> {
 
 // Named effects whose strength depends on the run: perhaps on temperature, load or something else that changed.
 fn differences(state: &State, reports: &[Reported]) -> Vec<Finding> {
-    let strengths = reports.iter().zip(&state.fitted.model.unknowns).filter(|(_, u)| !u.shape);
-    let named = strengths.filter(|((e, _), u)| !u.optional && state.accepted.iter().any(|a| a.effect == *e));
+    let strengths = reports.iter().zip(&state.fitted.model.unknowns).filter(|(_, u)| u.is_strength());
+    let named = strengths.filter(|((e, _), _)| state.accepted.iter().any(|a| a.effect == *e));
     named
         .map(|(report, _)| report)
         .filter_map(|(effect, r)| {

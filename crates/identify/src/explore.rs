@@ -296,7 +296,7 @@ fn unsure(search: &Search, before: &State, after: &State) -> Vec<(Trial, String)
     let strengths: Vec<_> = reports
         .iter()
         .zip(&after.fitted.model.unknowns)
-        .filter(|(_, u)| !u.shape && !u.optional)
+        .filter(|(_, u)| u.is_strength())
         .map(|(r, _)| r)
         .collect();
     let is_unsure = |entry: &&Accepted| {

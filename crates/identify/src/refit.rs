@@ -192,7 +192,7 @@ fn vague(
     };
     let counts = |k: usize| {
         let unknown = &model.unknowns[k];
-        !unknown.shape && !unknown.optional && switch.is_none_or(|switch| unknown.id.parameter == switch)
+        unknown.is_strength() && switch.is_none_or(|switch| unknown.id.parameter == switch)
     };
     let strengths: Vec<usize> = own.iter().copied().filter(|&k| counts(k)).collect();
     (!strengths.is_empty() && !strengths.into_iter().any(sure))
@@ -255,7 +255,7 @@ fn impossible(
     };
     let strength = |k: usize| (&model.unknowns[k], model.p[model.unknowns[k].position]);
     let positive = |u: &Unknown| u.range.0 == 0.0 && !u.shape;
-    let mut strengths = own.iter().map(|&k| strength(k)).filter(|(u, _)| !u.shape && !u.optional);
+    let mut strengths = own.iter().map(|&k| strength(k)).filter(|(u, _)| u.is_strength());
     if strengths.clone().all(|(u, value)| positive(u) && value <= 0.0)
         && let Some((u, _)) = strengths.next()
     {

@@ -279,15 +279,19 @@ impl Offer<'_> {
                         grid.iter().map(|&v| Start::derived(set(&plain, k, v), &strengths)).collect()
                     }
                     None => {
-                        let all = |spec: &EffectSpec| -> Vec<usize> {
-                            (0..card.parameters.len())
-                                .filter(|&k| is_fitted(&card.parameters[k], spec))
-                                .collect()
+                        let is_screened = |spec: &EffectSpec, k: usize| {
+                            let parameter = &card.parameters[k];
+                            parameter.role == Role::Strength || optional_std(parameter, spec).is_some()
                         };
-                        let more = self.with_optional(card, &plain).into_iter();
-                        let more =
-                            more.map(|spec| (all(&spec), spec)).map(|(k, spec)| Start::derived(spec, &k));
-                        std::iter::once(Start::derived(plain, &strengths)).chain(more).collect()
+                        let screened = |spec: &EffectSpec| -> Vec<usize> {
+                            (0..card.parameters.len()).filter(|&k| is_screened(spec, k)).collect()
+                        };
+                        let more = self.with_optional(card, &plain);
+                        let starts = std::iter::once(plain).chain(more);
+                        starts
+                            .map(|spec| (screened(&spec), spec))
+                            .map(|(k, s)| Start::derived(s, &k))
+                            .collect()
                     }
                 }
             }
@@ -473,8 +477,6 @@ impl Offer<'_> {
     }
 }
 
-// First moment of a load about the tool, as a lever of the mass of the robot; its square for inertias, m.
-const USUAL_LEVER: f64 = 0.05;
 // The standard deviation that is stated of an optional parameter.
 fn optional_std(parameter: &Parameter, spec: &EffectSpec) -> Option<f64> {
     let stated = spec.get(&format!("{}_std", parameter.key)).filter(|_| parameter.role == Role::Optional)?;
@@ -489,6 +491,8 @@ fn is_fitted(parameter: &Parameter, spec: &EffectSpec) -> bool {
     !parameter.is_stated() || optional_std(parameter, spec).is_some()
 }
 
+// First moment of a load about the tool, as a lever of the mass of the robot; its square for inertias, m.
+const USUAL_LEVER: f64 = 0.05;
 // Damping ratio of a spring that nobody stated.
 const START_DAMPING: f64 = 0.03;
 // Span of temperatures from which friction may be seen to depend on it, K.

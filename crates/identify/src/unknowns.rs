@@ -54,6 +54,11 @@ impl Unknown {
         (0..count).filter_map(|parameter| Self::new(plant, ParameterId { effect, parameter })).collect()
     }
 
+    /// True if an effect is absent where all that are so are zero.
+    pub fn is_strength(&self) -> bool {
+        !self.shape && !self.optional
+    }
+
     /// Weight 1/σ² of the prior; zero without one.
     pub fn weight(&self) -> f64 {
         self.prior.map_or(0.0, |(_, std)| 1.0 / (std * std))
