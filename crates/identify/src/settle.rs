@@ -13,6 +13,7 @@ use crate::search::{Accepted, Saturated, Search, State};
 // What each reference of a model is led from.
 pub(crate) const RENEWALS: [Start; 3] = [Start::Kernel, Start::Reference, Start::Reference];
 const ONCE_MORE: [Start; 2] = [Start::Reference; 2];
+const AS_IT_IS: [Start; 1] = [Start::Same];
 // The base is fitted about the kernel's motion already; without the torque noise that acts, a motion is read in another way.
 const OF_BASE: [Start; 3] = [Start::Reference; 3];
 const WITHOUT_NOISE: [Start; 2] = [Start::Same, Start::Reference];
@@ -67,7 +68,8 @@ impl Search<'_> {
     }
 
     /// The same of a model with more effects than that of `before`. If the log is less likely for it than it was, about a
-    /// reference that is led from where that of `before` is, too: the likelier of the two.
+    /// reference that is led from where that of `before` is, too; if its own noise still makes it so, about that motion as it
+    /// is, since friction that holds a light link bends within less than a smoother's correction: the likeliest of these.
     pub fn settled_after(
         &self,
         before: &State,
@@ -76,18 +78,26 @@ impl Search<'_> {
     ) -> Result<State, IdentifyError> {
         let form = self.problem.form;
         let descend = |model: &mut Candidate| self.descended(model, &before.whitener);
-        let mut again = model.again(self.problem)?;
-        let first = self.settled_anew(model, descend, accepted.clone())?;
-        let is_likelier = self.fall_of_misfit(before, &first).is_none_or(|fall| fall >= 0.0);
-        let Some(reference) = before.reference.as_ref().filter(|_| !is_likelier) else { return Ok(first) };
-        form.adopt(reference);
-        let at = self.led(&mut again, &ONCE_MORE, descend, false);
-        let second = self.settled(again, at, accepted)?;
-        if second.misfit() < first.misfit() {
-            return Ok(second);
+        let again = model.again(self.problem)?;
+        let mut likeliest = self.settled_anew(model, descend, accepted.clone())?;
+        let Some(reference) = &before.reference else { return Ok(likeliest) };
+        let fall = |state: &State| self.fall_of_misfit(before, state).unwrap_or(f64::NEG_INFINITY);
+        let about = |starts: &[Start], likeliest: State| -> Result<State, IdentifyError> {
+            form.adopt(reference);
+            let mut model = again.again(self.problem)?;
+            let at = self.led(&mut model, starts, descend, false);
+            let next = self.settled(model, at, accepted.clone())?;
+            let best = if fall(&next) > fall(&likeliest) { next } else { likeliest };
+            best.reference.iter().for_each(|reference| form.adopt(reference));
+            Ok(best)
+        };
+        if fall(&likeliest) < 0.0 {
+            likeliest = about(&ONCE_MORE, likeliest)?;
         }
-        first.reference.iter().for_each(|reference| form.adopt(reference));
-        Ok(first)
+        if likeliest.misfit() > before.misfit() {
+            likeliest = about(&AS_IT_IS, likeliest)?;
+        }
+        Ok(likeliest)
     }
 
     /// By how much −2 log likelihood falls from one state to another, each about its own motion; none where there is none.
