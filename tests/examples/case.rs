@@ -1,13 +1,13 @@
 //! Diagnoses one case of the suite and prints everything.
 //!
 //! ```text
-//! cargo run --release -p sinew-tests --example case -- 1|2|6 EFFECT[+EFFECT]|CAUSE|nothing SEED [full|motor|current|link|all [fine|coarse [SIZE [imposed|innovation|stated]]]]
-//! cargo run --release -p sinew-tests --example case -- drawn SEED [EFFECT|nothing] [full|motor|current|link|all] [imposed|innovation]
-//! cargo run --release -p sinew-tests --example case -- described FILE.urdf SEED [EFFECT] [imposed|innovation]
-//! cargo run --release -p sinew-tests --example case -- mixed SEED [imposed|innovation]
+//! cargo run --release -p sinew-tests --example case -- 1|2|6 EFFECT[+EFFECT]|CAUSE|nothing SEED [full|motor|current|link|all [fine|coarse [SIZE [imposed|innovation]]]] [stated]
+//! cargo run --release -p sinew-tests --example case -- drawn SEED [EFFECT|nothing] [full|motor|current|link|all] [imposed|innovation] [stated]
+//! cargo run --release -p sinew-tests --example case -- described FILE.urdf SEED [EFFECT] [imposed|innovation] [stated]
+//! cargo run --release -p sinew-tests --example case -- mixed SEED [imposed|innovation] [stated]
 //! ```
 //!
-//! With `stated` what is hidden is stated to the model, so that nothing is missing.
+//! With `stated`, the last word of any form, what is hidden is stated to the model, so that nothing is missing.
 
 use std::path::Path;
 
@@ -17,15 +17,16 @@ use sinew_tests::{
     mixed_case, null_case,
 };
 
-const USAGE: &str = "usage: case 1|2|6 EFFECT[+EFFECT]|CAUSE|nothing SEED [full|motor|current|link|all [fine|coarse [SIZE [imposed|innovation|stated]]]]
-       case drawn SEED [EFFECT|nothing] [full|motor|current|link|all] [imposed|innovation]
-       case described FILE.urdf SEED [EFFECT] [imposed|innovation]
-       case mixed SEED [imposed|innovation]";
+const USAGE: &str = "usage: case 1|2|6 EFFECT[+EFFECT]|CAUSE|nothing SEED [full|motor|current|link|all [fine|coarse [SIZE [imposed|innovation]]]] [stated]
+       case drawn SEED [EFFECT|nothing] [full|motor|current|link|all] [imposed|innovation] [stated]
+       case described FILE.urdf SEED [EFFECT] [imposed|innovation] [stated]
+       case mixed SEED [imposed|innovation] [stated]";
 
 fn main() {
-    let args: Vec<String> = std::env::args().skip(1).collect();
+    let mut args: Vec<String> = std::env::args().skip(1).collect();
+    let is_stated = args.pop_if(|last| last == "stated").is_some();
     let Some((arm, mut case)) = asked(&args) else { return eprintln!("{USAGE}") };
-    if args.iter().any(|a| a == "stated") {
+    if is_stated {
         case.model.clone_from(&case.truth);
         case.hidden.clear();
     }

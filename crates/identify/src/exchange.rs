@@ -3,6 +3,8 @@
 //! A dead time that is named while a harmonic is missing, too, may turn out to be a lag beside it. Each accepted effect is
 //! taken out of the finished model, and what else passed when it was accepted is put in its place.
 
+use std::sync::Arc;
+
 use sinew_effect::Actuation;
 use sinew_model::EffectSpec;
 use sinew_plant::{Dynamics, LinkState};
@@ -12,9 +14,11 @@ use crate::explore::{
     CHANCE, Rung, Unseen, WORSE, accepted_without, error, evidence_between, is_likelier, rung, without,
 };
 use crate::gates::z_between;
+use crate::innovation::Reference;
 use crate::problem::{Candidate, Problem, refine};
 use crate::refit::{Fitted, Refit};
 use crate::search::{Accepted, Search, State, TIE_CHI, TIE_Z};
+use crate::settle::Led;
 use crate::trial::{How, Trial};
 use crate::unknowns::Unknown;
 
@@ -140,7 +144,7 @@ fn compared(
     let tied = distance < TIE_CHI || z_between(layout, &with.white, &state.fitted.white) < TIE_Z;
     let equal = if tied { Compared::Tied(distance) } else { Compared::Worse };
     // About a motion of its own, what explains nearly as much may explain more.
-    let is_near = other.is_near || are_late;
+    let is_near = (other.is_near && with.objective < REACH * state.fitted.objective) || are_late;
     if !is_near && gain < (BETTER_SHARE * replaced.evidence.data).max(BETTER * temper) {
         return Ok(equal);
     }
@@ -152,13 +156,19 @@ fn compared(
     let effect = with.model.specs.len() - 1;
     let (rivals, others) = (Vec::new(), Vec::new());
     accepted.push(Accepted { trial: other.trial.clone(), effect, evidence, rivals, others });
-    let next = search.settled_anew(with.model, |model| search.descended(model, whitener), accepted)?;
+    let next = search.led_anew(with.model, |model| search.descended(model, whitener), false)?;
     if are_late {
-        return drives_compared(search, state, k, &next);
+        return drives_compared(search, state, k, &next, accepted);
     }
-    let is_likelier = is_likelier(search, state, &next, CHANCE, unseen);
-    if is_likelier && error(search, &next, unseen) < WORSE * error(search, state, unseen) {
-        return Ok(Compared::Better(Box::new(next), gain));
+    let is_unlikelier = reference
+        .zip(next.reference.as_ref())
+        .is_some_and(|(old, new)| old.misfit() - new.misfit() <= CHANCE);
+    if !is_unlikelier {
+        let next = search.settled_led(next, accepted)?;
+        let is_likelier = is_likelier(search, state, &next, CHANCE, unseen);
+        if is_likelier && error(search, &next, unseen) < WORSE * error(search, state, unseen) {
+            return Ok(Compared::Better(Box::new(next), gain));
+        }
     }
     reference.iter().for_each(|reference| problem.form.adopt(reference));
     Ok(equal)
@@ -187,16 +197,17 @@ fn settled_itself(search: &Search, state: &State) -> Result<Option<State>, Ident
     if !are_late || state.reference.as_ref().is_some_and(|reference| reference.torques.is_whole()) {
         return Ok(None);
     }
-    let own = search.settled_driven(state)?;
-    let is_better = own.is_finite() && is_better_driven(search, state, &own);
-    let kept = if is_better { &own } else { state };
-    kept.reference.iter().for_each(|reference| search.problem.form.adopt(reference));
-    Ok(is_better.then_some(own))
+    let own = search.led_driven(&state.fitted.model, state.reference.as_ref(), &state.whitener)?;
+    if own.is_finite() && is_better_driven(search, state, &own) {
+        return search.settled_led(own, state.accepted.clone()).map(Some);
+    }
+    state.reference.iter().for_each(|reference| search.problem.form.adopt(reference));
+    Ok(None)
 }
 
-fn is_better_driven(search: &Search, before: &State, own: &State) -> bool {
-    let lags = drives(&own.fitted.model).iter().any(|drive| drive.lag > 0.0);
-    lags || search.misfit_driven(before, 0.0).is_some_and(|before| before > own.misfit() + CHANCE)
+fn is_better_driven(search: &Search, before: &State, own: &Led) -> bool {
+    let without = || search.misfit_driven(&before.fitted.model, before.reference.as_ref(), 0.0);
+    lag(&own.model) > 0.0 || without().is_some_and(|without| without > own.misfit() + CHANCE)
 }
 
 // Two drives that are late in different ways, both settled once more with the whole of the logged torques passing them: what a model
@@ -208,33 +219,42 @@ fn drives_compared(
     search: &Search,
     state: &State,
     k: usize,
-    next: &State,
+    next: &Led,
+    accepted: Vec<Accepted>,
 ) -> Result<Compared, IdentifyError> {
-    let form = search.problem.form;
-    let (own, mut other) = (search.settled_driven(state)?, search.settled_driven(next)?);
-    let lag = |of: &State| drives(&of.fitted.model).iter().map(|drive| drive.lag).fold(0.0, f64::max);
-    let (lag_of_own, lag_of_other) = (lag(&own), lag(&other));
-    let lowest = |of: &State, lag: f64, of_the_other: f64| {
-        let smoothed = if of_the_other > lag { search.misfit_driven(of, of_the_other) } else { None };
+    let driven = |model: &Candidate, reference: &Option<Arc<Reference>>| {
+        search.led_driven(model, reference.as_ref(), &state.whitener)
+    };
+    let own = driven(&state.fitted.model, &state.reference)?;
+    let other = driven(&next.model, &next.reference)?;
+    let (lag_of_own, lag_of_other) = (lag(&own.model), lag(&other.model));
+    let lowest = |of: &Led, lag: f64, of_the_other: f64| {
+        let smoothed = || search.misfit_driven(&of.model, of.reference.as_ref(), of_the_other);
+        let smoothed = if of_the_other > lag { smoothed() } else { None };
         smoothed.map_or(of.misfit(), |smoothed| smoothed.min(of.misfit()))
     };
     let replaced = &state.accepted[k];
     let fall = lowest(&own, lag_of_own, lag_of_other) - lowest(&other, lag_of_other, lag_of_own);
     let fall = fall / replaced.evidence.temper;
     if other.is_finite() && fall > CHANCE {
+        let mut other = search.settled_led(other, accepted)?;
         if let Some(entry) = other.accepted.last_mut() {
             entry.rivals.push((replaced.trial.clone(), fall));
         }
-        other.reference.iter().for_each(|reference| form.adopt(reference));
         return Ok(Compared::Better(Box::new(other), fall));
     }
     let tied = Some((-fall).max(0.0)).filter(|distance| *distance < TIE_CHI);
     if own.is_finite() && is_better_driven(search, state, &own) {
-        own.reference.iter().for_each(|reference| form.adopt(reference));
+        let own = search.settled_led(own, state.accepted.clone())?;
         return Ok(Compared::Itself(Box::new(own), tied));
     }
-    state.reference.iter().for_each(|reference| form.adopt(reference));
+    state.reference.iter().for_each(|reference| search.problem.form.adopt(reference));
     Ok(tied.map_or(Compared::Worse, Compared::Tied))
+}
+
+// The largest lag of a model's drives at rest, s.
+fn lag(model: &Candidate) -> f64 {
+    drives(model).iter().map(|drive| drive.lag).fold(0.0, f64::max)
 }
 
 // The drives of a model at rest.
@@ -275,4 +295,6 @@ pub(crate) fn others(passed: &[Refit], one: &Refit) -> Vec<Other> {
 // motion of its own, and how many are.
 const GOOD_PART: f64 = 0.3;
 const NEAR: f64 = 0.7;
+// What leaves more times as much beside the rest, about the motion that is there, leaves more about one of its own, too.
+const REACH: f64 = 2.0;
 const MOST: usize = 3;

@@ -14,7 +14,8 @@ use crate::gates::{Evidence, Pair};
 use crate::merge::merged;
 use crate::problem::{Candidate, Problem, refine};
 use crate::refit::{Fitted, Refit};
-use crate::search::{Accepted, Round, Search, State};
+use crate::round::Round;
+use crate::search::{Accepted, Search, State};
 use crate::trial::{How, Trial};
 use crate::verdict::rms;
 
@@ -233,7 +234,7 @@ fn unlikely(search: &Search, before: &State, after: &State) -> Option<(Trial, St
         return None;
     }
     let promised = added.iter().map(|a| a.evidence.data).sum();
-    let kept = search.fall_of_misfit(before, after)?;
+    let kept = search.fall_of_misfit(before, &after.fitted.model, after.reference.as_ref())?;
     too_little_kept(kept, promised, "a motion of its own").map(|reason| (added[0].trial.clone(), reason))
 }
 

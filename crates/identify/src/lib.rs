@@ -39,6 +39,7 @@ mod refit;
 mod remainder;
 mod report;
 mod residual;
+mod round;
 mod scale;
 mod screen;
 mod search;

@@ -12,7 +12,8 @@ use sinew_model::Place;
 use crate::IdentifyError;
 use crate::explore::{CHANCE, Rung, Unseen, accepted_without, is_likelier, rung, without};
 use crate::problem::Candidate;
-use crate::search::{Accepted, Round, Search, State};
+use crate::round::Round;
+use crate::search::{Accepted, Search, State};
 use crate::trial::How;
 
 /// Puts laws of the whole robot in the place of others that were accepted in several joints, where the log is as likely with

@@ -1,9 +1,10 @@
 //! The settling of a model: about a reference of its own, under the noise that everything on offer would leave.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use crate::IdentifyError;
 use crate::colour::Whitener;
+use crate::innovation::Reference;
 use crate::least_squares::distance;
 use crate::problem::{Candidate, Linearised, objective, refine};
 use crate::refit::Fitted;
@@ -35,6 +36,25 @@ const MOVED: f64 = 1.1;
 // Standard deviations from its stated value at which a parameter has left all reason.
 const FAR_BENT: f64 = 10.0;
 
+/// A model led about references of its own; its noise is not settled yet.
+pub(crate) struct Led {
+    pub model: Candidate,
+    at: Linearised,
+    pub reference: Option<Arc<Reference>>,
+}
+
+impl Led {
+    /// −2 log likelihood of what was measured about its reference; zero where there is none.
+    pub fn misfit(&self) -> f64 {
+        self.reference.as_ref().map_or(0.0, |reference| reference.misfit())
+    }
+
+    /// True if the model could be followed along all runs.
+    pub fn is_finite(&self) -> bool {
+        self.misfit().is_finite() && self.at.is_finite()
+    }
+}
+
 impl Search<'_> {
     /// A base settled about a reference of its own, with the logged torques taken as the log says.
     pub fn settled_base(&self, mut model: Candidate, at: Linearised) -> Result<State, IdentifyError> {
@@ -56,20 +76,42 @@ impl Search<'_> {
     /// [`Search::settled`] about a reference that this model gives; where there is none, from where `descend` leads it.
     pub fn settled_anew(
         &self,
-        mut model: Candidate,
+        model: Candidate,
         descend: impl FnOnce(&mut Candidate) -> Linearised,
         accepted: Vec<Accepted>,
     ) -> Result<State, IdentifyError> {
-        let mut at = self.led(&mut model, &RENEWALS, descend, accepted.is_empty());
-        if !accepted.is_empty() {
-            at = self.with_torques_of_moments(&mut model, at)?;
-        }
-        self.settled(model, at, accepted)
+        let led = self.led_anew(model, descend, accepted.is_empty())?;
+        self.settled_led(led, accepted)
     }
 
-    /// The same of a model with more effects than that of `before`. If the log is less likely for it than it was, about a
-    /// reference that is led from where that of `before` is, too; if its own noise still makes it so, about that motion as it
-    /// is, since friction that holds a light link bends within less than a smoother's correction: the likeliest of these.
+    /// A model led about a reference that it gives; where there is none, from where `descend` leads it.
+    pub fn led_anew(
+        &self,
+        mut model: Candidate,
+        descend: impl FnOnce(&mut Candidate) -> Linearised,
+        is_base: bool,
+    ) -> Result<Led, IdentifyError> {
+        let mut at = self.led(&mut model, &RENEWALS, descend, is_base);
+        if !is_base {
+            at = self.with_torques_of_moments(&mut model, at)?;
+        }
+        Ok(self.present(model, at))
+    }
+
+    // A model about the present reference.
+    fn present(&self, model: Candidate, at: Linearised) -> Led {
+        Led { model, at, reference: self.problem.form.reference() }
+    }
+
+    /// A model settled about the reference that it was led to.
+    pub fn settled_led(&self, led: Led, accepted: Vec<Accepted>) -> Result<State, IdentifyError> {
+        led.reference.iter().for_each(|reference| self.problem.form.adopt(reference));
+        self.settled(led.model, led.at, accepted)
+    }
+
+    /// [`Search::settled_anew`] of a model with more effects than that of `before`. If the log is less likely for it than it was,
+    /// about a reference that is led from where that of `before` is, too; if its own noise still makes it so, about that motion as
+    /// it is, since friction that holds a light link bends within less than a smoother's correction: the likeliest of these.
     pub fn settled_after(
         &self,
         before: &State,
@@ -78,73 +120,88 @@ impl Search<'_> {
     ) -> Result<State, IdentifyError> {
         let form = self.problem.form;
         let descend = |model: &mut Candidate| self.descended(model, &before.whitener);
-        let again = model.again(self.problem)?;
-        let mut likeliest = self.settled_anew(model, descend, accepted.clone())?;
-        let Some(reference) = &before.reference else { return Ok(likeliest) };
-        let fall = |state: &State| self.fall_of_misfit(before, state).unwrap_or(f64::NEG_INFINITY);
-        let about = |starts: &[Start], likeliest: State| -> Result<State, IdentifyError> {
-            form.adopt(reference);
-            let mut model = again.again(self.problem)?;
-            let at = self.led(&mut model, starts, descend, false);
-            let next = self.settled(model, at, accepted.clone())?;
-            let best = if fall(&next) > fall(&likeliest) { next } else { likeliest };
-            best.reference.iter().for_each(|reference| form.adopt(reference));
-            Ok(best)
+        let first = self.led_anew(model.again(self.problem)?, descend, false)?;
+        let Some(reference) = &before.reference else { return self.settled_led(first, accepted) };
+        let with_fall = |led: Led| {
+            let fall = self.fall_of_misfit(before, &led.model, led.reference.as_ref());
+            (led, fall.unwrap_or(f64::NEG_INFINITY))
         };
-        if fall(&likeliest) < 0.0 {
+        let about = |starts: &[Start], likeliest: (Led, f64)| -> Result<(Led, f64), IdentifyError> {
+            form.adopt(reference);
+            let mut model = model.again(self.problem)?;
+            let at = self.led(&mut model, starts, descend, false);
+            let next = with_fall(self.present(model, at));
+            Ok(if next.1 > likeliest.1 { next } else { likeliest })
+        };
+        let mut likeliest = with_fall(first);
+        if likeliest.1 < 0.0 {
             likeliest = about(&ONCE_MORE, likeliest)?;
         }
-        if likeliest.misfit() > before.misfit() {
+        if likeliest.0.misfit() > before.misfit() {
             likeliest = about(&AS_IT_IS, likeliest)?;
         }
-        Ok(likeliest)
+        self.settled_led(likeliest.0, accepted)
     }
 
-    /// By how much −2 log likelihood falls from one state to another, each about its own motion; none where there is none.
+    /// By how much −2 log likelihood falls from a state to a model about its own reference; none where there is none.
     ///
     /// What still is missing may leave a small noise in most of a log and much in the rest. A noise that is typical of it makes
-    /// the rest most unlikely; so the other state may have the noise of the first, too.
-    pub fn fall_of_misfit(&self, before: &State, after: &State) -> Option<f64> {
-        let (old, new) = (before.reference.as_ref()?, after.reference.as_ref()?);
+    /// the rest most unlikely; so the model may have the noise of the state, too.
+    pub fn fall_of_misfit(
+        &self,
+        before: &State,
+        model: &Candidate,
+        reference: Option<&Arc<Reference>>,
+    ) -> Option<f64> {
+        let (old, new) = (before.reference.as_ref()?, reference?);
         let fall = old.misfit() - new.misfit();
         if fall >= 0.0 {
             return Some(fall);
         }
-        let Candidate { plant, p, .. } = &after.fitted.model;
-        let alike = self.problem.form.misfit(new, &old.torque_noise, plant, p)?;
+        let alike = self.problem.form.misfit(new, &old.torque_noise, &model.plant, &model.p)?;
         Some(fall.max(old.misfit() - alike))
     }
 
-    /// −2 log likelihood of a state about a motion of its own with the whole of the logged torques passing the drives, smoothed
-    /// over a time before, s; none where there is no reference, and of torques of moments, of which nothing is known in between.
-    pub fn misfit_driven(&self, state: &State, smoothed: f64) -> Option<f64> {
+    /// −2 log likelihood of a model about a reference led from its own with the whole of the logged torques passing the drives,
+    /// smoothed over a time before, s; none where there is no reference, and of torques of moments, of which nothing is known in
+    /// between.
+    pub fn misfit_driven(
+        &self,
+        model: &Candidate,
+        reference: Option<&Arc<Reference>>,
+        smoothed: f64,
+    ) -> Option<f64> {
         let form = self.problem.form;
-        let own = state.reference.as_ref().filter(|reference| reference.torques.early == 0.0)?;
+        let own = reference.filter(|reference| reference.torques.early == 0.0)?;
         let present = form.reference();
         form.adopt(own);
         form.begin_anew(LoggedTorques { passing: Passing::Whole { smoothed }, ..own.torques });
-        let Candidate { plant, p, .. } = &state.fitted.model;
-        form.renew(plant, p, Start::Reference);
+        form.renew(&model.plant, &model.p, Start::Reference);
         let misfit = form.reference().map(|reference| reference.misfit());
         present.iter().for_each(|reference| form.adopt(reference));
         misfit
     }
 
-    /// A state settled once more in rows of what is left if the whole of the logged torques passes its drives.
-    pub fn settled_driven(&self, state: &State) -> Result<State, IdentifyError> {
+    /// A model with its reference led once more in rows of what is left if the whole of the logged torques passes its drives.
+    pub fn led_driven(
+        &self,
+        model: &Candidate,
+        reference: Option<&Arc<Reference>>,
+        whitener: &Whitener,
+    ) -> Result<Led, IdentifyError> {
         let form = self.problem.form;
-        let settle = |starts: &[Start]| {
-            let mut model = state.fitted.model.again(self.problem)?;
-            if let Some(own) = &state.reference {
+        let lead = |starts: &[Start]| -> Result<Led, IdentifyError> {
+            let mut model = model.again(self.problem)?;
+            if let Some(own) = reference {
                 form.adopt(own);
                 form.begin_anew(LoggedTorques { passing: Passing::Whole { smoothed: 0.0 }, ..own.torques });
             }
-            let at = self.led(&mut model, starts, |model| self.descended(model, &state.whitener), false);
-            self.settled(model, at, state.accepted.clone())
+            let at = self.led(&mut model, starts, |model| self.descended(model, whitener), false);
+            Ok(self.present(model, at))
         };
         // A motion that the model without it has made rough may lead astray, and so may a smooth one.
-        let first = settle(&ONCE_MORE)?;
-        let second = settle(&RENEWALS)?;
+        let first = lead(&ONCE_MORE)?;
+        let second = lead(&RENEWALS)?;
         Ok(if second.misfit() < first.misfit() { second } else { first })
     }
 

@@ -54,6 +54,13 @@ pub(crate) fn short_list(trials: &[Trial], scores: &[Option<Score>], joints: usi
     list
 }
 
+/// Of a list what promises a good part of what the best of it does, and the rest.
+pub(crate) fn first_of(list: &[usize], scores: &[Option<Score>]) -> (Vec<usize>, Vec<usize>) {
+    let drop = |k: usize| scores[k].as_ref().map_or(0.0, |s| s.drop);
+    let top = list.iter().map(|&k| drop(k)).fold(0.0, f64::max);
+    list.iter().partition(|&&k| drop(k) >= FIRST * top)
+}
+
 /// What is refitted where nothing of a list explains anything: the next best, one for each of its `refits` that takes away next
 /// to nothing of what its screen promised of this `objective`; none that is dear. Where friction is sharp and rows are far
 /// apart, times and stops promise most, all of it in a few rows.
@@ -144,5 +151,7 @@ const RELEASES: usize = 2;
 // Share of the best promise that a candidate's must have to be refitted; more for new springs, which cost most.
 const LEAST: f64 = 0.02;
 const LEAST_SWING: f64 = 0.1;
+// Share of the best promise from which on a candidate of a list is refitted first.
+const FIRST: f64 = 0.1;
 // Most candidates refitted whose screen does not speak for them.
 const MOST_ON_TRUST: usize = 3;
