@@ -15,7 +15,7 @@ use crate::merge::merged;
 use crate::problem::{Candidate, Problem, refine};
 use crate::refit::{Fitted, Refit};
 use crate::round::Round;
-use crate::search::{Accepted, Search, State};
+use crate::search::{Accepted, Columns, Search, State};
 use crate::trial::{How, Trial};
 use crate::verdict::rms;
 
@@ -128,6 +128,8 @@ pub(crate) fn explore(
     let (mut step, mut known) = (1, Vec::new());
     while step <= MOST_STEPS * most && rungs.len() <= most {
         let mut round = search.round(&state, step, std::mem::take(&mut known));
+        // Its scores are kept; what they were made of fills much of the memory while the next one settles.
+        state.columns = Columns::new();
         if !leave_likely(search, &mut state, &mut round, step) {
             // The state stays as it is, and so do its refits but for those that depend on who leads.
             known = round.failed;

@@ -31,8 +31,9 @@ pub(crate) struct State {
     pub whitener: Whitener,
     /// Accepted effects, in the order of acceptance.
     pub accepted: Vec<Accepted>,
-    /// The candidates offered to this model, and their raw columns.
+    /// The candidates offered to this model.
     pub trials: Vec<Trial>,
+    /// Their raw columns, which are needed for as long as they have no scores.
     pub columns: Columns,
     /// What the screen says of them, once it is asked.
     pub scores: OnceLock<Scores>,
