@@ -56,7 +56,8 @@ impl Search<'_> {
         Some(Stated { fitted, columns })
     }
 
-    // A limit of a drive is met now and then: one that is met all the time says that the log does not drive the joint.
+    // A limit of a drive is met now and then: one that is met all the time, and does not explain all, says that the log does not
+    // drive the joint.
     fn cuts(&self, refit: &Refit) -> Option<String> {
         let Screening::Peaks { .. } = refit.trial.card.screening else { return None };
         let model = &refit.fitted.model;
@@ -148,7 +149,9 @@ impl Search<'_> {
                 .any(|(place, relief)| refit.trial.place == *place && refit.evidence.includes(relief))
         };
         for mut refit in refits {
-            if refit.refused.is_none() {
+            let left = refit.fitted.objective;
+            let explains_all = left < noise && left < NEARLY * state.fitted.objective;
+            if refit.refused.is_none() && !explains_all {
                 refit.refused = self.cuts(&refit);
             }
             if refit.refused.is_none() && !includes_one(&refit) {
