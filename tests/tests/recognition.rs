@@ -7,7 +7,7 @@ use sinew_identify::{Options, Verdict};
 use sinew_model::{EffectSpec, Place, Setting};
 use sinew_tests::{
     Arm, Case, Conditions, Hidden, How, Outcome, drawn_case, foreign_causes, hidden_effects, judge,
-    null_case, one_joint, six_joints, two_joints,
+    mixed_case, null_case, one_joint, six_joints, two_joints,
 };
 
 // One effect of each family and kind of screen, in one joint.
@@ -144,6 +144,14 @@ fn a_log_that_keeps_one_of_four_commands_lacks_nothing() {
     let (_, diagnosis) = judge(&arm, &null_case(&arm, Conditions::FULL, 100_003), &Options::default())
         .expect("it can be simulated");
     assert!(!diagnosis.scope.contains("moments"), "{}", diagnosis.scope);
+}
+
+// Two thirds of the samples are beyond the limit, which for anything that does not explain all says that it is none.
+#[test]
+fn a_limit_that_is_met_most_of_the_time_is_named_where_it_explains_all() {
+    let (arm, case, _) = mixed_case(13430);
+    let (outcome, _) = judge(&arm, &case, &Options::default()).expect("it can be simulated");
+    assert!(case.is_right(&outcome) && outcome.accepted == ["torque_saturation@joint_1"], "{outcome:?}");
 }
 
 // What is said of the cases of which something else is true.

@@ -11,7 +11,8 @@ use sinew_plant::{Dynamics, LinkState};
 
 use crate::IdentifyError;
 use crate::explore::{
-    CHANCE, Rung, Unseen, WORSE, accepted_without, error, evidence_between, is_likelier, rung, without,
+    CHANCE, Rung, Unseen, WORSE, accepted_without, error, evidence_between, fall_between, is_likelier, rung,
+    without,
 };
 use crate::gates::z_between;
 use crate::innovation::Reference;
@@ -160,9 +161,7 @@ fn compared(
     if are_late {
         return drives_compared(search, state, k, &next, accepted);
     }
-    let is_unlikelier = reference
-        .zip(next.reference.as_ref())
-        .is_some_and(|(old, new)| old.misfit() - new.misfit() <= CHANCE);
+    let is_unlikelier = fall_between(reference, next.reference.as_ref()).is_some_and(|fall| fall <= CHANCE);
     if !is_unlikelier {
         let next = search.settled_led(next, accepted)?;
         let is_likelier = is_likelier(search, state, &next, CHANCE, unseen);

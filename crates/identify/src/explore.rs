@@ -1,6 +1,8 @@
 //! The ladder: accept effects step by step, undo what makes unseen runs worse, prune what is no longer needed, exchange
 //! what another explains better beside the others, merge what one of the whole robot explains.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use sinew_effect::Requirement;
@@ -11,6 +13,7 @@ use crate::comparison::by_channel;
 use crate::exchange::exchanged;
 use crate::fitting::parameters;
 use crate::gates::{Evidence, Pair};
+use crate::innovation::Reference;
 use crate::merge::merged;
 use crate::problem::{Candidate, Problem, refine};
 use crate::refit::{Fitted, Refit};
@@ -418,6 +421,11 @@ pub(crate) fn error(search: &Search, state: &State, unseen: Option<&Unseen>) -> 
     crate::comparison::total(search, &state.fitted.at.residual, &state.whitener.floors())
 }
 
+/// By how much −2 log likelihood falls from one reference to another; none where there is none.
+pub(crate) fn fall_between(before: Option<&Arc<Reference>>, after: Option<&Arc<Reference>>) -> Option<f64> {
+    Some(before?.misfit() - after?.misfit())
+}
+
 /// True if −2 log likelihood falls by more than `by` from one settled state to another, each about its own motion; where
 /// there is none, if the error gets smaller.
 pub(crate) fn is_likelier(
@@ -427,9 +435,9 @@ pub(crate) fn is_likelier(
     by: f64,
     unseen: Option<&Unseen>,
 ) -> bool {
-    match (&before.reference, &after.reference) {
-        (Some(old), Some(new)) => old.misfit() - new.misfit() > by,
-        _ => error(search, after, unseen) < error(search, before, unseen),
+    match fall_between(before.reference.as_ref(), after.reference.as_ref()) {
+        Some(fall) => fall > by,
+        None => error(search, after, unseen) < error(search, before, unseen),
     }
 }
 

@@ -33,7 +33,7 @@ struct Stated {
 
 // Most candidates refitted from a screen about the stated values.
 const STATED_LIST: usize = 4;
-// Mean square of the whitened rows up to which a candidate leaves little to find about the stated values.
+// Mean square of the whitened rows up to which a candidate leaves little to find.
 const UNEXPLAINED: f64 = 1.2;
 // Share of the present objective that a candidate leaves which explains nearly all of it.
 const NEARLY: f64 = 0.1;
@@ -102,10 +102,10 @@ impl Search<'_> {
         // explains nearly all is not asked to have a better one.
         let noise = UNEXPLAINED * self.problem.form.layout().counted();
         let dear = state.fitted.model.unknowns.len() > MANY;
+        let leaves_noise = |r: &Refit| r.fitted.objective < noise;
+        let explains_nearly_all = |r: &Refit| r.fitted.objective < NEARLY * state.fitted.objective;
         let is_enough = |r: &Refit| {
-            let left = r.fitted.objective;
-            (left < noise && !r.fitted.model.is_bent(BENT))
-                || (dear && left < NEARLY * state.fitted.objective)
+            (leaves_noise(r) && !r.fitted.model.is_bent(BENT)) || (dear && explains_nearly_all(r))
         };
         let gate = |refit: &Refit| refit.evidence.refused(self.problem.options, trials.len());
         let explains = |r: &Refit| r.refused.is_none() && !r.evidence.is_relief() && gate(r).is_none();
@@ -149,8 +149,7 @@ impl Search<'_> {
                 .any(|(place, relief)| refit.trial.place == *place && refit.evidence.includes(relief))
         };
         for mut refit in refits {
-            let left = refit.fitted.objective;
-            let explains_all = left < noise && left < NEARLY * state.fitted.objective;
+            let explains_all = leaves_noise(&refit) && explains_nearly_all(&refit);
             if refit.refused.is_none() && !explains_all {
                 refit.refused = self.cuts(&refit);
             }

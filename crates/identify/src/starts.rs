@@ -155,3 +155,17 @@ const LEAST_SWING: f64 = 0.1;
 const FIRST: f64 = 0.1;
 // Most candidates refitted whose screen does not speak for them.
 const MOST_ON_TRUST: usize = 3;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_promises_a_tenth_of_the_best_comes_first() {
+        let of =
+            |drop: f64| Score { strengths: vec![1.0], stds: Vec::new(), drop, out: None, on_trust: false };
+        let scores = [Some(of(100.0)), None, Some(of(9.0)), Some(of(10.0))];
+        assert_eq!(first_of(&[0, 2, 3], &scores), (vec![0, 3], vec![2]));
+        assert_eq!(first_of(&[], &scores), (Vec::new(), Vec::new()));
+    }
+}
