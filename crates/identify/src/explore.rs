@@ -144,7 +144,11 @@ pub(crate) fn explore(
             last = Some(round);
             break;
         }
-        let Some(next) = search.accept(&state, round)? else { break };
+        search.lighten(&mut state);
+        let Some(next) = search.accept(&state, round)? else {
+            search.restore(&mut state);
+            break;
+        };
         let mut next = without_passengers(search, next, state.accepted.len(), step, unseen)?;
         let mut refused = refused_once_settled(search, &state, &next, unseen);
         if !refused.is_empty()
@@ -158,9 +162,7 @@ pub(crate) fn explore(
                 search.banned.push(trial.label());
             }
             search.offer_again(&mut state);
-            if let Some(reference) = &state.reference {
-                search.problem.form.adopt(reference);
-            }
+            search.restore(&mut state);
             step += 1;
             continue;
         }

@@ -57,6 +57,8 @@ pub(crate) struct Reference {
     pub noise_matters: bool,
     // What the next reference begins with.
     motions: Vec<Motion>,
+    // The parameters with which its own motion makes it again; none of one about a kernel's motion.
+    made_again_by: Option<Vec<f64>>,
 }
 
 /// The innovation residual of some runs.
@@ -211,6 +213,7 @@ impl Innovation {
             torques,
             noise_matters,
             motions,
+            made_again_by: (from != Start::Kernel).then(|| p.to_vec()),
         }
     }
 
@@ -263,6 +266,27 @@ impl Reference {
     /// −2 log likelihood of what was measured.
     pub fn misfit(&self) -> f64 {
         self.misfit_by_joint.iter().sum()
+    }
+
+    /// The same without what makes rows, most of its memory; none if it cannot be made again.
+    pub fn lightened(&self) -> Option<Self> {
+        self.made_again_by.as_ref()?;
+        Some(Self {
+            records: Vec::new(),
+            smooth: Vec::new(),
+            measured: Vec::new(),
+            torque_noise: self.torque_noise.clone(),
+            misfit_by_joint: self.misfit_by_joint.clone(),
+            torques: self.torques,
+            noise_matters: self.noise_matters,
+            motions: self.motions.clone(),
+            made_again_by: self.made_again_by.clone(),
+        })
+    }
+
+    /// The parameters with which [`Start::Same`] makes it again as it was, if it is lightened.
+    pub fn to_make_again(&self) -> Option<&[f64]> {
+        self.made_again_by.as_deref().filter(|_| self.records.is_empty())
     }
 }
 

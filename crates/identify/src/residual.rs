@@ -252,7 +252,7 @@ pub(crate) struct Rows<'a> {
 }
 
 // Most parameters whose derivatives are carried along a run together.
-const TOGETHER: usize = 24;
+const TOGETHER: usize = 16;
 
 impl Rows<'_> {
     /// Rows of the prediction.

@@ -207,7 +207,9 @@ impl<'a> Search<'a> {
     /// The reachable floors about a state, in the rows in which errors are told; about those of another residual, as far
     /// as what is free and what needs no physics reach.
     pub fn floors_told(&self, state: &State) -> Result<Vec<f64>, IdentifyError> {
-        let Some(other) = self.yardstick else { return Ok(state.whitener.floors()) };
+        let Some(yardstick) = self.yardstick else { return Ok(state.whitener.floors()) };
+        // What it would keep for the next time fills more memory than it saves time.
+        let other = yardstick.on(yardstick.problem);
         let model = state.fitted.model.again(other.problem)?;
         let at = model.linearise_told(other.problem, state.torques());
         Ok(other.noise(&model, &at.residual, &at.slices()).floors())

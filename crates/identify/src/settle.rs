@@ -143,6 +143,23 @@ impl Search<'_> {
         self.settled_led(likeliest.0, accepted)
     }
 
+    /// Lets the filters of a state's reference go while another is led: of a long log they are large.
+    pub fn lighten(&self, state: &mut State) {
+        if let Some(lightened) = state.reference.as_ref().and_then(|reference| reference.lightened()) {
+            self.problem.form.adopt(state.reference.insert(Arc::new(lightened)));
+        }
+    }
+
+    /// Makes a state's reference the present one, with its filters.
+    pub fn restore(&self, state: &mut State) {
+        let Some(reference) = &state.reference else { return };
+        self.problem.form.adopt(reference);
+        if let Some(p) = reference.to_make_again() {
+            self.problem.form.renew(&state.fitted.model.plant, p, Start::Same);
+            state.reference = self.problem.form.reference();
+        }
+    }
+
     /// By how much −2 log likelihood falls from a state to a model about its own reference; none where there is none.
     ///
     /// What still is missing may leave a small noise in most of a log and much in the rest. A noise that is typical of it makes
@@ -282,9 +299,13 @@ impl Search<'_> {
         for n in 0..MOST_REFERENCES {
             let Some(from) = starts.get(n).copied().or(gains.then_some(Start::Reference)) else { break };
             let (last, p) = (form.reference()?, model.p.clone());
-            let at = self.about_new_reference(model, from);
+            form.renew(&model.plant, &model.p, from);
+            // A reference of a long log is large: one that is left behind goes before derivatives are taken.
+            let is_likelier = form.reference()?.misfit() <= misfit;
+            let last = (!is_likelier).then_some(last);
+            let at = self.about_present_reference(model);
             let before_that = std::mem::replace(&mut misfit, form.reference()?.misfit());
-            let last = (misfit > before_that).then_some(last);
+            let last = last.filter(|_| misfit > before_that);
             let (at, whitener, [before, value]) = self.refined_alone(model, at);
             if let Some(last) =
                 last.filter(|_| found.as_ref().is_some_and(|(_, least)| value > ASTRAY * least))
@@ -306,7 +327,8 @@ impl Search<'_> {
 
     /// The model about a new reference, refined there, with the noise it leaves, and its objective before and after.
     pub fn followed(&self, model: &mut Candidate, from: Start) -> (Linearised, Whitener, [f64; 2]) {
-        let at = self.about_new_reference(model, from);
+        self.problem.form.renew(&model.plant, &model.p, from);
+        let at = self.about_present_reference(model);
         self.refined_alone(model, at)
     }
 
@@ -345,20 +367,17 @@ impl Search<'_> {
         })
     }
 
-    // The linearisation about a reference that the model gives. A model that was bent too far to be followed on the grid of
-    // the derivatives is led back towards what is stated.
-    fn about_new_reference(&self, model: &mut Candidate, from: Start) -> Linearised {
-        let linearised = |model: &Candidate, from: Start| {
-            self.problem.form.renew(&model.plant, &model.p, from);
-            model.linearise(self.problem)
-        };
-        let mut at = linearised(model, from);
+    // The linearisation about the present reference, which the model gave. A model that was bent too far to be followed on the grid
+    // of the derivatives is led back towards what is stated.
+    fn about_present_reference(&self, model: &mut Candidate) -> Linearised {
+        let mut at = model.linearise(self.problem);
         for _ in 0..RETREATS {
             if at.is_finite() {
                 break;
             }
             model.straighten_halfway();
-            at = linearised(model, Start::Kernel);
+            self.problem.form.renew(&model.plant, &model.p, Start::Kernel);
+            at = model.linearise(self.problem);
         }
         at
     }

@@ -26,7 +26,8 @@ pub(crate) struct Waves {
     channels: Vec<(usize, Arc<Pairs>)>,
 }
 
-type Pairs = Vec<[Vec<f64>; 2]>;
+// In single precision: every joint has up to 137 of them along the whole log.
+type Pairs = Vec<[Vec<f32>; 2]>;
 
 impl Waves {
     /// The waves of every joint that moves far enough.
@@ -61,7 +62,7 @@ impl Waves {
                 }
                 for (pairs, &channel) in told.iter_mut().zip(&own) {
                     for (k, rows) in record.generic_rows(channel, &series).into_iter().enumerate() {
-                        pairs[begin + k / 2][k % 2].extend(rows);
+                        pairs[begin + k / 2][k % 2].extend(rows.into_iter().map(|x| x as f32));
                     }
                 }
             }
@@ -105,8 +106,9 @@ fn periods(range: f64) -> Option<(usize, usize)> {
 }
 
 // Squared residual that a sine and a cosine explain together.
-fn explained([s, c]: &[Vec<f64>; 2], e: &[f64]) -> f64 {
-    let (ss, cc, sc, se, ce) = (dot(s, s), dot(c, c), dot(s, c), dot(s, e), dot(c, e));
+fn explained(pair: &[Vec<f32>; 2], e: &[f64]) -> f64 {
+    let [s, c] = pair.each_ref().map(|rows| rows.iter().map(|x| f64::from(*x)).collect::<Vec<f64>>());
+    let (ss, cc, sc, se, ce) = (dot(&s, &s), dot(&c, &c), dot(&s, &c), dot(&s, e), dot(&c, e));
     let determinant = (ss * cc - sc * sc).max(1e-12);
     (cc * se * se - 2.0 * sc * se * ce + ss * ce * ce) / determinant
 }

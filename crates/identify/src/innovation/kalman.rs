@@ -24,22 +24,42 @@ struct Gain<const D: usize> {
     white: f64,
 }
 
-/// Frozen gains of a group of joints along a run. In single precision: whatever gains a filter has, it treats measurement
-/// and prediction alike, and these are most of what a long log keeps.
+/// A number to three digits: the upper half of one in single precision.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Short(u16);
+
+impl From<f64> for Short {
+    // To the nearest.
+    fn from(x: f64) -> Self {
+        Self(((x as f32).to_bits().saturating_add(1 << 15) >> 16) as u16)
+    }
+}
+
+impl From<Short> for f64 {
+    #[inline(always)]
+    fn from(x: Short) -> Self {
+        f32::from_bits(u32::from(x.0) << 16).into()
+    }
+}
+
+/// Frozen gains of a group of joints along a run. To three digits: whatever gains a filter has, it treats measurement and
+/// prediction alike, its innovations are white to second order in what the gains are off by, and these are most of what a long log
+/// keeps.
 #[derive(Debug, Clone)]
 pub(super) struct Gains {
     // Of the group, and of each of its joints.
     states: usize,
     each: usize,
     sensors: usize,
-    // Sensor by sensor, sample by sample: 1/√S, then K by state.
-    numbers: Vec<f32>,
+    // Sensor by sensor, sample by sample: 1/√S, and K by state.
+    white: Vec<f32>,
+    columns: Vec<Short>,
 }
 
 impl Gains {
     fn push<const D: usize>(&mut self, gain: &Gain<D>) {
-        self.numbers.push(gain.white as f32);
-        self.numbers.extend(gain.column.iter().map(|k| *k as f32));
+        self.white.push(gain.white as f32);
+        self.columns.extend(gain.column.iter().map(|k| Short::from(*k)));
     }
 
     /// States of every joint that have a gain: the first so many.
@@ -49,10 +69,11 @@ impl Gains {
 
     /// Of every sensor in sample `k`: 1/√S, and K by state.
     #[inline(always)]
-    pub fn of_sample(&self, k: usize) -> impl Iterator<Item = (f64, &[f32])> {
-        let one = self.states + 1;
-        let all = &self.numbers[k * self.sensors * one..(k + 1) * self.sensors * one];
-        all.chunks_exact(one).map(|numbers| (f64::from(numbers[0]), &numbers[1..]))
+    pub fn of_sample(&self, k: usize) -> impl Iterator<Item = (f64, &[Short])> {
+        let sensors = k * self.sensors..(k + 1) * self.sensors;
+        let columns = &self.columns[sensors.start * self.states..sensors.end * self.states];
+        let white = self.white[sensors].iter().map(|white| f64::from(*white));
+        white.zip(columns.chunks_exact(self.states))
     }
 }
 
@@ -160,8 +181,9 @@ impl Kalman<'_> {
 
     fn gains_of<const D: usize, const S: usize>(&self) -> Gains {
         let sensors = self.system.sensor_count(self.group.clone());
-        let mut gains = Gains { states: D, each: S, sensors, numbers: Vec::new() };
-        gains.numbers.reserve_exact(self.system.len() * sensors * (D + 1));
+        let count = self.system.len() * sensors;
+        let (white, columns) = (Vec::with_capacity(count), Vec::with_capacity(count * D));
+        let mut gains = Gains { states: D, each: S, sensors, white, columns };
         self.follow::<D, S>(|gain| gains.push(&gain), |_, _, _| {});
         gains
     }
@@ -446,11 +468,21 @@ mod tests {
         let (two, four) = (kalman.gains_of::<4, 2>(), kalman.gains_of::<8, 4>());
         for ((white, own), (same, all)) in (0..40).flat_map(|k| two.of_sample(k).zip(four.of_sample(k))) {
             assert!((white / same - 1.0).abs() < 1e-9);
+            let [own, all] =
+                [own, all].map(|gains| gains.iter().map(|k| f64::from(*k)).collect::<Vec<f64>>());
             for (own, all) in own.iter().zip([&all[0..2], &all[4..6]].concat()) {
                 assert!((own - all).abs() <= 1e-6 * all.abs(), "{own} {all}");
             }
             assert_eq!([&all[2..4], &all[6..8]].concat(), [0.0; 4]);
         }
+    }
+
+    #[test]
+    fn a_short_number_is_right_to_three_digits() {
+        for x in [1.0, -0.777, 1.0 / 3.0, 2.0f64.powi(100), -1e-30, 0.0] {
+            assert!((f64::from(Short::from(x)) - x).abs() <= x.abs() / 256.0, "{x}");
+        }
+        assert!(f64::from(Short::from(f64::NAN)).is_nan());
     }
 
     // Behind an encoder that tells nothing, what a motor slips adds up.
