@@ -14,6 +14,7 @@ mod noise;
 mod pass;
 mod rows;
 mod slip;
+mod step;
 mod system;
 
 use std::ops::Range;
@@ -37,7 +38,8 @@ use motion::{Even, Motion};
 use pass::{Misfits, Pass};
 pub(crate) use rows::Innovations;
 use rows::JointChannels;
-use system::{Linear, MOST_JOINTS, Readings, System};
+use step::Linear;
+use system::{MOST_JOINTS, Readings, System};
 
 /// What the rows of an innovation residual are formed about: reference motions with their frozen filters.
 #[derive(Default)]

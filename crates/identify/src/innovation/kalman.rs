@@ -446,7 +446,8 @@ widest_form! {
 
 #[cfg(test)]
 mod tests {
-    use super::super::system::{Linear, Readings};
+    use super::super::step::Linear;
+    use super::super::system::Readings;
     use super::*;
 
     // Two bodies that push each other: the states of links that they do not have change nothing.
@@ -454,10 +455,9 @@ mod tests {
     fn rigid_joints_need_two_states() {
         let mobility = [0.8, -0.3, -0.3, 1.4];
         let linear = [0, 1].map(|joint| {
-            let mut linear = Linear { push: [-30.0, -2.0, 0.0, 0.0], ..Linear::default() };
-            linear.a[0][1] = 1.0;
-            linear.a[1] = linear.push.map(|p| mobility[3 * joint] * p);
-            (linear.motor[1], linear.link[1]) = (mobility[3 * joint], mobility[3 * joint]);
+            let (push, mobility) = ([-30.0, -2.0, 0.0, 0.0], mobility[3 * joint]);
+            let rate = push.map(|p| mobility * p);
+            let linear = Linear { rate, motor: mobility, link: mobility, push, ..Linear::default() };
             [linear; 40]
         });
         let readings = Readings { motor: 1e-10, ..Readings::default() };
@@ -488,8 +488,7 @@ mod tests {
     // Behind an encoder that tells nothing, what a motor slips adds up.
     #[test]
     fn slip_moves_the_motor() {
-        let mut linear = Linear { motor: [0.0, 1.0, 0.0, 0.0], ..Linear::default() };
-        linear.a[0][1] = 1.0;
+        let linear = Linear { motor: 1.0, ..Linear::default() };
         let readings = Readings { motor: 1e12, ..Readings::default() };
         let system = System::new(vec![readings], &[&[linear; 10]], &[vec![1.0]], 10, 1e-3);
         let kalman = Kalman { system: &system, group: 0..1, noise: &[1e-9] };

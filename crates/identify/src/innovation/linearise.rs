@@ -7,7 +7,7 @@ use sinew_model::Scalar;
 use sinew_plant::{Dynamics, ImposedOut, LinkState, Plant};
 use sinew_rigid::{Bodies, Scratch, mass_matrix_with};
 
-use super::system::Linear;
+use super::step::Linear;
 use crate::freedom::{Freedom, Links, Springs};
 use crate::least_squares::Normal;
 use crate::record::{Channel, Record};
@@ -219,26 +219,24 @@ impl Dual<'_> {
 
     fn linear(&self, dof: usize, imposed: bool, mobility: f64) -> Linear {
         let tau_m = self.out.tau_m[dof].derivative;
-        let mut linear = Linear::default();
-        linear.a[0][1] = 1.0;
+        let mut linear = Linear { is_elastic: !imposed, link: mobility, ..Linear::default() };
         if imposed {
+            linear.motor = mobility;
             for s in 0..2 {
                 linear.push[s] = -tau_m[BOTH[s]];
-                linear.a[1][s] = mobility * linear.push[s];
+                linear.rate[s] = mobility * linear.push[s];
             }
-            (linear.motor[1], linear.link[1]) = (mobility, mobility);
             return linear;
         }
         let rotor = self.dynamics.coefficients().rotor[dof].value.max(LEAST_ROTOR / mobility);
-        let link = (self.out.tau_j[dof] + self.dynamics.link_force()[dof]).derivative;
-        linear.a[2][3] = 1.0;
+        let gear = self.out.tau_j[dof];
+        let link = (gear + self.dynamics.link_force()[dof]).derivative;
+        linear.motor = 1.0 / rotor;
         for s in 0..4 {
-            linear.a[1][s] = -tau_m[s] / rotor;
-            linear.gear[s] = self.out.tau_j[dof].derivative[s];
+            linear.rate[s] = -tau_m[s] / rotor;
+            linear.gear[s] = gear.derivative[s];
             linear.push[s] = link[s];
-            linear.a[3][s] = mobility * link[s];
         }
-        (linear.motor[1], linear.link[3]) = (1.0 / rotor, mobility);
         linear
     }
 }

@@ -22,7 +22,7 @@ const SMALL: f64 = 1e-3;
 /// h (s θ̇_k + (1 − s) θ̇_{k+1}) − h³/12 (∂θ̈/∂θ θ̇ + ∂θ̈/∂q q̇ + ∂θ̈/∂q̇ q̈) − (θ_{k+1} − θ_k)
 /// ```
 pub(super) fn slip(motion: &Motion, along: &Along, dof: usize, k: usize, h: f64, is_held: bool) -> f64 {
-    let [of_theta, of_thetad, of_q, of_qd] = along.linear[dof][k].a[1];
+    let [of_theta, of_thetad, of_q, of_qd] = along.linear[dof][k].rate;
     let decay = -of_thetad * h;
     let (theta, thetad) = (&motion.theta[dof], &motion.thetad[dof]);
     let mean = mean_of_decay(thetad[k], thetad[k + 1], decay);

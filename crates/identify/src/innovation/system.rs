@@ -1,6 +1,4 @@
 //! Small deviations of all joints from a reference motion: linear equations, their bodies coupled.
-//!
-//! The state of a joint is x̃ = (θ̃, θ̃̇, q̃, q̃̇) if it is elastic, (θ̃, θ̃̇, 0, 0) if it is rigid.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -9,136 +7,8 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 use rayon::prelude::*;
 
+use super::step::{DOUBLINGS, Discrete, Kept, Linear, Single, State};
 use crate::record::START;
-
-/// A vector of the deviation's state.
-pub(super) type State = [f64; 4];
-/// A matrix on the deviation's state, by rows.
-pub(super) type Square = [[f64; 4]; 4];
-
-/// A joint's equations of motion about the reference, at one instant.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Linear {
-    /// ẋ̃ = A x̃ + b δτ + b_ℓ δτ_ℓ.
-    pub a: Square,
-    /// Effect of a motor torque.
-    pub motor: State,
-    /// Effect of a torque on the link.
-    pub link: State,
-    /// The force on the joint's own body.
-    pub push: State,
-    /// The torque behind the gear.
-    pub gear: State,
-}
-
-/// The same over one sample period: the Padé approximation of second degree of the exponential over a part of it,
-/// doubled until the period is full. Friction near rest takes a light motor to its velocity in a tenth of a sample.
-///
-/// N = 1 − hA/2 + h²A²/12,   Φ = N⁻¹ (1 + hA/2 + h²A²/12),   g = N⁻¹ h b
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Discrete {
-    pub phi: Square,
-    pub motor: State,
-    pub link: State,
-}
-
-// Times that a part of the period is doubled.
-const DOUBLINGS: i32 = 2;
-
-impl Linear {
-    pub fn over(&self, period: f64) -> Discrete {
-        let part = self.over_part(period * 0.5f64.powi(DOUBLINGS));
-        (0..DOUBLINGS).fold(part, |part, _| part.twice())
-    }
-
-    fn over_part(&self, h: f64) -> Discrete {
-        let mut left = [[0.0; 4]; 4];
-        // Right sides: the columns of 1 + hA/2 + h²A²/12, then h b and h b_ℓ.
-        let mut right = [[0.0; 6]; 4];
-        for i in 0..4 {
-            for j in 0..4 {
-                let square: f64 = (0..4).map(|m| self.a[i][m] * self.a[m][j]).sum();
-                let even = f64::from(u8::from(i == j)) + h * h / 12.0 * square;
-                left[i][j] = even - 0.5 * h * self.a[i][j];
-                right[i][j] = even + 0.5 * h * self.a[i][j];
-            }
-            right[i][4] = h * self.motor[i];
-            right[i][5] = h * self.link[i];
-        }
-        eliminate(&mut left, &mut right);
-        Discrete {
-            phi: std::array::from_fn(|i| std::array::from_fn(|j| right[i][j])),
-            motor: std::array::from_fn(|i| right[i][4]),
-            link: std::array::from_fn(|i| right[i][5]),
-        }
-    }
-}
-
-impl Discrete {
-    // Φ ← Φ Φ,   g ← Φ g + g
-    fn twice(&self) -> Self {
-        let phi = &self.phi;
-        let times = |v: &State| -> State { std::array::from_fn(|i| (0..4).map(|m| phi[i][m] * v[m]).sum()) };
-        let again = |g: &State| -> State { std::array::from_fn(|i| times(g)[i] + g[i]) };
-        let square = |i: usize, j: usize| (0..4).map(|m| phi[i][m] * phi[m][j]).sum();
-        Self {
-            phi: std::array::from_fn(|i| std::array::from_fn(|j| square(i, j))),
-            motor: again(&self.motor),
-            link: again(&self.link),
-        }
-    }
-}
-
-/// The same as it is kept along a run: what a sample period changes, in single precision, which is as if the equations of
-/// motion were off by so little.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Kept {
-    // Φ − 1
-    change: [Single; 4],
-    motor: Single,
-    link: Single,
-}
-
-// A vector of the deviation's state in single precision.
-type Single = [f32; 4];
-
-fn single(x: &State) -> Single {
-    x.map(|x| x as f32)
-}
-
-impl From<Discrete> for Kept {
-    fn from(step: Discrete) -> Self {
-        let mut change = step.phi;
-        (0..4).for_each(|i| change[i][i] -= 1.0);
-        Self { change: change.map(|row| single(&row)), motor: single(&step.motor), link: single(&step.link) }
-    }
-}
-
-// Gauss–Jordan with row exchange; the solution stands in `right`. A singular column is left as it is.
-fn eliminate<const N: usize>(left: &mut Square, right: &mut [[f64; N]; 4]) {
-    for c in 0..4 {
-        let pivot = (c..4).max_by(|&a, &b| left[a][c].abs().total_cmp(&left[b][c].abs())).unwrap_or(c);
-        left.swap(c, pivot);
-        right.swap(c, pivot);
-        let d = left[c][c];
-        if d == 0.0 {
-            continue;
-        }
-        left[c].iter_mut().for_each(|x| *x /= d);
-        right[c].iter_mut().for_each(|x| *x /= d);
-        for r in (0..4).filter(|&r| r != c) {
-            let f = left[r][c];
-            if f != 0.0 {
-                for j in 0..4 {
-                    left[r][j] -= f * left[c][j];
-                }
-                for j in 0..N {
-                    right[r][j] -= f * right[c][j];
-                }
-            }
-        }
-    }
-}
 
 /// How well the sensors of a joint are read.
 #[derive(Debug, Clone, Default)]
@@ -211,8 +81,8 @@ pub(super) struct Joint {
 }
 
 // √(J/B) of the mean pose, at most one.
-fn lightness(linear: &[Linear], shown: usize) -> f64 {
-    let sum: f64 = linear.iter().map(|l| l.motor[1] / l.link[shown + 1]).sum();
+fn lightness(linear: &[Linear]) -> f64 {
+    let sum: f64 = linear.iter().map(|l| l.motor / l.link).sum();
     (sum / linear.len().max(1) as f64).min(1.0).sqrt()
 }
 
@@ -264,7 +134,7 @@ impl System {
         let over = |linear: &[Linear]| linear.iter().map(|l| l.over(period).into()).collect();
         let joint = |(readings, linear): (Readings, &&[Linear])| Joint {
             steps: over(linear),
-            lightness: lightness(linear, readings.shown),
+            lightness: lightness(linear),
             gear: readings.gear.map_or_else(Vec::new, |_| linear.iter().map(|l| l.gear).collect()),
             readings,
         };
@@ -394,10 +264,11 @@ impl Coupling {
         let mut a = Mat::<f64>::zeros(d, d);
         let mut b = Mat::<f64>::zeros(d, 2 * n);
         for j in 0..n {
+            let (alone, [motor, link]) = (at[j].matrix(), at[j].torques());
             for i in 0..n {
                 for s in 0..4 {
                     for r in (0..4).filter(|_| i == j) {
-                        a[(4 * i + r, 4 * j + s)] = at[i].a[r][s];
+                        a[(4 * i + r, 4 * j + s)] = alone[r][s];
                     }
                     if i != j {
                         a[(4 * i + shown[i] + 1, 4 * j + s)] = mobility[i * n + j] * at[j].push[s];
@@ -410,8 +281,8 @@ impl Coupling {
                 }
             }
             for r in 0..4 {
-                b[(4 * j + r, 2 * j)] += at[j].motor[r];
-                b[(4 * j + r, 2 * j + 1)] += at[j].link[r];
+                b[(4 * j + r, 2 * j)] += motor[r];
+                b[(4 * j + r, 2 * j + 1)] += link[r];
             }
         }
         let square = &a * &a;
@@ -507,16 +378,18 @@ mod tests {
 
     // A light elastic joint with friction near rest, and a rigid one that its body is bound to.
     fn joints(period: f64) -> System {
-        let mut elastic = Linear { push: [900.0, 0.6, -900.0, -0.6], ..Linear::default() };
-        (elastic.a[0][1], elastic.a[2][3]) = (1.0, 1.0);
-        elastic.a[1] = [-900.0 / 0.04, -500.0 / 0.04, 900.0 / 0.04, 0.6 / 0.04];
         let mobility = [900.0, -200.0, -200.0, 250.0];
-        elastic.a[3] = elastic.push.map(|p| mobility[0] * p);
-        (elastic.motor[1], elastic.link[3]) = (1.0 / 0.04, mobility[0]);
-        let mut rigid = Linear { push: [-30.0, -2.0, 0.0, 0.0], ..Linear::default() };
-        rigid.a[0][1] = 1.0;
-        rigid.a[1] = rigid.push.map(|p| mobility[3] * p);
-        (rigid.motor[1], rigid.link[1]) = (mobility[3], mobility[3]);
+        let elastic = Linear {
+            is_elastic: true,
+            rate: [-900.0 / 0.04, -500.0 / 0.04, 900.0 / 0.04, 0.6 / 0.04],
+            motor: 1.0 / 0.04,
+            link: mobility[0],
+            push: [900.0, 0.6, -900.0, -0.6],
+            ..Linear::default()
+        };
+        let push = [-30.0, -2.0, 0.0, 0.0];
+        let (rate, motor, link) = (push.map(|p| mobility[3] * p), mobility[3], mobility[3]);
+        let rigid = Linear { rate, motor, link, push, ..Linear::default() };
         let readings = [2, 0].map(|shown| Readings { motor: 1e-10, shown, ..Readings::default() });
         System::new(readings.to_vec(), &[&[elastic], &[rigid]], &[mobility.to_vec()], 1, period)
     }

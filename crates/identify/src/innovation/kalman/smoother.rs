@@ -14,7 +14,7 @@
 use std::ops::Range;
 
 use super::{Input, Kalman, Known, Matrix, Read, Shown, Step, add, forward};
-use crate::innovation::system::State;
+use crate::innovation::step::State;
 
 /// The deviation of a joint in a sample.
 #[derive(Debug, Clone, Copy)]
