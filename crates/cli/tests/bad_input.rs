@@ -254,6 +254,29 @@ fn a_check_of_several_runs_tells_what_each_of_them_lacks() {
 }
 
 #[test]
+fn a_check_run_that_lacks_a_column_is_refused_by_its_name() {
+    let bench = Bench::new("check-lacks");
+    for (lost, column) in [(3, "motor_torque.shoulder"), (4, "motor_position.elbow")] {
+        let without = |_, row: String| {
+            let fields = row.split(',').enumerate().filter(|(k, _)| k + 1 != lost);
+            Some(fields.map(|(_, field)| field).collect::<Vec<_>>().join(","))
+        };
+        bench.write("unseen.csv", &csv(without));
+        let message = bench.refused(&[
+            "fit",
+            "arm.sinew.toml",
+            "run.csv",
+            "--check",
+            "unseen.csv",
+            "--force",
+            "-o",
+            "o.toml",
+        ]);
+        assert!(message.contains(&format!("unseen: no {column}")), "{message}");
+    }
+}
+
+#[test]
 fn a_run_that_is_named_twice_is_refused() {
     let bench = Bench::new("twice");
     for verb in ["check", "compare", "diagnose"] {

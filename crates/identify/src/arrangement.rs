@@ -78,12 +78,13 @@ impl Arrangement {
         }
     }
 
-    // The run arranged so.
+    // The run arranged so; of two joints in each other's place what both have.
     fn of(self, robot: &Robot, run: &Run) -> Run {
         let is_position = |q: Quantity| matches!(q, Quantity::MotorPosition | Quantity::JointPosition);
         let name = |dof: usize| robot.model.dof_name(dof);
-        let mut run = run.clone();
-        for signal in run.signals.iter_mut().filter(|s| s.quantity.is_of_joint()) {
+        let have = |q: Quantity| self.joints().iter().all(|&dof| run.signal(q, name(dof)).is_some());
+        let mut arranged = run.clone();
+        for signal in arranged.signals.iter_mut().filter(|s| s.quantity.is_of_joint()) {
             let takes = match self {
                 Self::PositionsTurned(_) | Self::PositionsExchanged(..) => is_position(signal.quantity),
                 Self::JointTurned(_) | Self::JointsExchanged(..) => signal.quantity != Quantity::Temperature,
@@ -95,15 +96,18 @@ impl Arrangement {
                     }
                 }
                 Self::PositionsExchanged(a, b) | Self::JointsExchanged(a, b) => {
-                    if takes && signal.place == name(a) {
-                        name(b).clone_into(&mut signal.place);
-                    } else if takes && signal.place == name(b) {
-                        name(a).clone_into(&mut signal.place);
+                    let place = match &signal.place {
+                        place if place == name(a) => name(b),
+                        place if place == name(b) => name(a),
+                        _ => continue,
+                    };
+                    if takes && have(signal.quantity) {
+                        place.clone_into(&mut signal.place);
                     }
                 }
             }
         }
-        run
+        arranged
     }
 
     fn note(self, robot: &Robot, run: &str) -> Note {
@@ -198,5 +202,19 @@ mod tests {
             assert!(notes.iter().any(|n| n.severity == Severity::Error), "{arrangement:?}: {notes:?}");
             assert!(notes.iter().any(|n| n.statement.contains(words)), "{arrangement:?}: {notes:?}");
         }
+    }
+
+    // What one of two joints lacks stays where it is.
+    #[test]
+    fn joints_with_other_sensors_are_exchanged_in_what_both_have() {
+        let robot = Robot::rigid(samples::planar_arm(2, 4.0, 0.5));
+        let mut run = run(&robot);
+        let name = robot.model.dof_name(1);
+        let motor = run.signal(Quantity::MotorPosition, name).unwrap();
+        run.signals.push(Signal::new(Quantity::JointPosition, name, motor.values.clone()));
+        let exchanged = Arrangement::JointsExchanged(0, 1).of(&robot, &run);
+        assert!(exchanged.signal(Quantity::JointPosition, name).is_some());
+        let notes = torque_checks(&robot, &CATALOGUE, &[exchanged], &Options::default());
+        assert!(notes.iter().any(|n| n.statement.contains("exchanged")), "{notes:?}");
     }
 }

@@ -28,6 +28,7 @@ pub(crate) fn begun(
     findings.extend(unknown);
     let prepared = Prepared::new(&robot, runs, options)?;
     findings.extend(uncompared(&robot, &prepared.sensors));
+    findings.extend(in_some_runs(&robot, runs));
     findings.extend(checked(&robot, catalogue, runs, &prepared, options)?);
     let (robot, finding) = with_tolerance(robot, catalogue, &prepared, options)?;
     findings.splice(0..0, finding);
@@ -38,7 +39,7 @@ pub(crate) fn begun(
 /// What is suspicious about runs that nothing is fitted to, beside those that something is.
 ///
 /// # Errors
-/// If one of them fails a check.
+/// If one of them fails a check, or lacks what the others have.
 pub(crate) fn of_unseen(
     robot: &Robot,
     catalogue: &Catalogue,
@@ -53,6 +54,7 @@ pub(crate) fn of_unseen(
     notes.extend(range_checks(&robot, unseen));
     // What cannot be compared at all is told where it is compared.
     if let Ok(prepared) = Prepared::new(&robot, runs, options) {
+        unseen.iter().try_for_each(|run| prepared.sensors.are_all_in(&robot, run))?;
         let all = Vec::from_iter(runs.iter().chain(unseen));
         notes.extend(turned_notes(&robot, catalogue, &all, &prepared, options));
     }
@@ -168,6 +170,33 @@ fn uncompared(robot: &Robot, sensors: &Sensors) -> Option<Finding> {
     (!names.is_empty()).then(|| Finding::of_data(names.join(", "), "", statement))
 }
 
+// Columns that some runs have and others do not.
+fn in_some_runs(robot: &Robot, runs: &[Run]) -> Option<Finding> {
+    const COMPARED: [Quantity; 5] = [
+        Quantity::MotorPosition,
+        Quantity::MotorTorque,
+        Quantity::MotorCurrent,
+        Quantity::JointPosition,
+        Quantity::JointTorque,
+    ];
+    let has = |run: &Run, quantity, joint: &str| run.signal(quantity, joint).is_some();
+    let columns =
+        (0..robot.model.nv).flat_map(|dof| COMPARED.map(|quantity| (quantity, robot.model.dof_name(dof))));
+    let differs = |&(quantity, joint): &(Quantity, &str)| {
+        let any = runs.iter().any(|run| has(run, quantity, joint));
+        any && !all_have(runs, quantity, joint)
+    };
+    let partial: Vec<(Quantity, &str)> = columns.filter(differs).collect();
+    let (quantity, joint) = *partial.first()?;
+    let lacks = runs.iter().find(|run| !has(run, quantity, joint)).map_or("", |run| &run.name);
+    let others = match partial.len() {
+        1 => String::new(),
+        n => format!(" ({} more columns are in some runs only)", n - 1),
+    };
+    let statement = format!("{quantity}.{joint} is not compared, since run {lacks} lacks it{others}");
+    Some(Finding::of_data(joint.to_owned(), quantity.name(), statement))
+}
+
 // What a motion that occurs twice is good for.
 fn repeated(repeat: &Repeat, runs: &[Run]) -> Finding {
     let (name, statement) = (&runs[repeat.first].name, repeat.statement(runs));
@@ -238,6 +267,20 @@ mod tests {
         assert_eq!(strangers(&robot, &[run("joint_2")]), None);
         let told = strangers(&robot, &[run("joint_2"), run("joint2")]).unwrap().statement;
         assert!(told.contains("joint \"joint2\"") && told.contains("for \"joint_2\"?"), "{told}");
+    }
+
+    #[test]
+    fn a_column_that_some_runs_lack_is_told() {
+        let robot = Robot::rigid(samples::planar_arm(2, 4.0, 0.5));
+        let run = |name: &str, quantities: &[Quantity]| {
+            let signal = |quantity: &Quantity| Signal::new(*quantity, "joint_2", vec![0.0; 3]);
+            let signals = quantities.iter().map(signal).collect();
+            Run::new(name.to_owned(), vec![0.0, 1.0, 2.0], signals).unwrap()
+        };
+        let both = [Quantity::MotorPosition, Quantity::MotorTorque];
+        assert_eq!(in_some_runs(&robot, &[run("a", &both), run("b", &both)]), None);
+        let told = in_some_runs(&robot, &[run("a", &both), run("b", &both[..1])]).unwrap().statement;
+        assert_eq!(told, "motor_torque.joint_2 is not compared, since run b lacks it");
     }
 
     // A spring between an imposed link and itself would swing where nothing does.

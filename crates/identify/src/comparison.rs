@@ -295,12 +295,16 @@ impl Prepared {
     }
 
     /// The same channels and scales for other runs of the robot.
+    ///
+    /// # Errors
+    /// If a run lacks a channel, or is too short.
     pub fn with(
         robot: &Robot,
         runs: &[Run],
         sensors: Sensors,
         scales: Scales,
     ) -> Result<Self, IdentifyError> {
+        runs.iter().try_for_each(|run| sensors.are_all_in(robot, run))?;
         let records =
             runs.iter().map(|run| Record::new(robot, run, &sensors, scales)).collect::<Result<_, _>>()?;
         Ok(Self { records, sensors, scales, repeats: Vec::new() })

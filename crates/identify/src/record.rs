@@ -25,12 +25,16 @@ pub(crate) struct Channel {
 }
 
 impl Channel {
-    pub fn signal(&self) -> &'static str {
+    /// The quantity that its sensor measures.
+    pub fn quantity(&self) -> Quantity {
         match self.sensor {
-            Sensor::MotorTorque => "motor_torque",
-            Sensor::JointPosition => "joint_position",
-            Sensor::JointTorque => "joint_torque",
+            Sensor::MotorTorque => Quantity::MotorTorque,
+            Sensor::JointPosition => Quantity::JointPosition,
+            Sensor::JointTorque => Quantity::JointTorque,
         }
+    }
+    pub fn signal(&self) -> &'static str {
+        self.quantity().name()
     }
     pub fn unit(&self, model: &Model) -> &'static str {
         let slides = model.joints[model.joint_of_dof(self.dof).0].kind.slides();
@@ -176,6 +180,23 @@ impl Sensors {
         }
         channels.sort();
         Ok(Self { channels, imposed })
+    }
+
+    /// That a run has all of them.
+    ///
+    /// # Errors
+    /// If it lacks one.
+    pub fn are_all_in(&self, robot: &Robot, run: &Run) -> Result<(), IdentifyError> {
+        let name = |dof| robot.model.dof_name(dof);
+        let lacks_position = |&(dof, quantity): &(usize, Quantity)| run.signal(quantity, name(dof)).is_none();
+        let lacks_channel = |c: &&Channel| logged(robot, run, c).is_none();
+        let mut positions = self.imposed.iter().enumerate().filter_map(|(dof, q)| q.map(|q| (dof, q)));
+        let channel = || self.channels.iter().find(lacks_channel).map(|c| (c.dof, c.quantity()));
+        let Some((dof, quantity)) = positions.find(lacks_position).or_else(channel) else { return Ok(()) };
+        let column = format!("{quantity}.{}", name(dof));
+        let what = format!("no {column}, which the other runs have");
+        let help = format!("leave this run out, or do without {column} in all of them");
+        Err(IdentifyError::run(&run.name, what, help))
     }
 
     /// Degrees of freedom of which a position is imposed.
@@ -455,26 +476,24 @@ pub(crate) fn noise_of(signal: &Signal, even: &[f64]) -> f64 {
     instrument_noise(&Signal { values: even.to_vec(), resolution, ..signal.clone() })
 }
 
-// Motor torque, or current times the torque constant.
+/// What a channel's sensor logged in a run that has it.
 pub(crate) fn channel_signal(robot: &Robot, run: &Run, channel: &Channel) -> Signal {
+    logged(robot, run, channel).expect("runs that lack a channel are refused")
+}
+
+// What a channel's sensor logged, motor torque or current times the torque constant; none of a run that lacks it.
+fn logged(robot: &Robot, run: &Run, channel: &Channel) -> Option<Signal> {
     let joint = robot.model.dof_name(channel.dof);
-    let quantity = match channel.sensor {
-        Sensor::MotorTorque => Quantity::MotorTorque,
-        Sensor::JointPosition => Quantity::JointPosition,
-        Sensor::JointTorque => Quantity::JointTorque,
-    };
-    if let Some(signal) = run.signal(quantity, joint) {
-        return signal.clone();
+    if let Some(signal) = run.signal(channel.quantity(), joint) {
+        return Some(signal.clone());
     }
-    let constant = robot.joints[channel.dof].torque_constant.unwrap_or(1.0);
-    let mut signal = run
-        .signal(Quantity::MotorCurrent, joint)
-        .expect("Sensors::of lists a torque channel only where torque or current is logged")
-        .clone();
+    let constant =
+        robot.joints[channel.dof].torque_constant.filter(|_| channel.sensor == Sensor::MotorTorque)?;
+    let mut signal = run.signal(Quantity::MotorCurrent, joint)?.clone();
     signal.values.iter_mut().for_each(|x| *x *= constant);
     signal.std = signal.std.map(|s| s * constant.abs());
     signal.resolution = signal.resolution.map(|s| s * constant.abs());
-    signal
+    Some(signal)
 }
 
 // A torque held from one sample to the next acts, at a sample, with the mean of the holds before and after it.
