@@ -52,6 +52,8 @@ pub(crate) struct LeftOver {
     pub is_gone: bool,
     /// Outside of them nothing is left.
     pub is_rest_noise: bool,
+    /// By joint that moves: what is left of its torque changes slowly and passed for noise.
+    pub slow: Vec<bool>,
 }
 
 /// What runs are analysed for.
@@ -153,11 +155,12 @@ fn worked<T>(
         let drowned = drowned(&prepared, &innovation.present().torque_noise);
         // A name counts beside one joint that is drowned, not where all are.
         let none_counts = worked.names.is_empty() || !drowned.contains(&false);
-        let is_drowned = drowned.contains(&true) && none_counts;
+        let is_slow = worked.names.is_empty() && worked.left.slow.contains(&true);
+        let is_drowned = is_slow || (drowned.contains(&true) && none_counts);
         if options.residual.is_some() || !is_drowned {
             return Ok(worked);
         }
-        (begun.why, begun.first) = (DROWNED, None);
+        (begun.why, begun.first) = (if is_slow { SLOW } else { DROWNED }, None);
     }
     work(&mut search, &begun)
 }
@@ -168,6 +171,8 @@ const FAST: f64 = 200.0;
 const SUITED: &str = "motor torque and encoders at 200 Hz or more: their noise is treated together";
 const DROWNED: &str =
     "the innovation residual finds more torque noise than there is torque: a misfit passes for noise";
+const SLOW: &str =
+    "the innovation residual takes for torque noise what changes slowly: a misfit passes for noise";
 
 // Whether the innovation residual is taken, and why or why not.
 fn suits(

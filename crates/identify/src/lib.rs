@@ -45,6 +45,7 @@ mod screen;
 mod search;
 mod series;
 mod settle;
+mod slow;
 mod spread;
 mod starts;
 mod surrogate;

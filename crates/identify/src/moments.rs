@@ -200,12 +200,16 @@ impl Followed {
     }
 
     // What an effect leaves that is missing may shrink a little by a wrong time, too; the log is then less likely, which is not
-    // asked where the time `is_sure`. Where `layout` says that much is left even so, only what joint after joint says counts.
+    // asked where the time `is_sure`. Where `layout` says that much is left even so, only what joint after joint says counts. Behind
+    // coarse encoders what a wrong time leaves is taken for torque noise, and no rows under it shrink: where the time is sure,
+    // what the joints say is enough.
     fn is_better_than(&self, other: &Self, is_sure: bool, layout: &Layout) -> bool {
         let is_likelier = || is_sure || self.misfit() < other.misfit();
         let fits = self.value < HALF * other.value || (self.value < CLEARLY * other.value && is_likelier());
-        let is_told_by_joints = || is_likelier_by_joints(&other.misfits, &self.misfits);
-        self.value < other.value - FALLS && ((fits && !layout.is_much(self.value)) || is_told_by_joints())
+        let is_told_by_joints = is_likelier_by_joints(&other.misfits, &self.misfits);
+        let leaves_less = self.value < other.value - FALLS;
+        (leaves_less && fits && !layout.is_much(self.value))
+            || (is_told_by_joints && (leaves_less || is_sure))
     }
 }
 
@@ -230,6 +234,17 @@ mod tests {
         // One joint alone asks for it: it may lack an effect.
         assert!(!is_likelier_by_joints(&before, &with([-900.0, 30.0, 20.0])));
         assert!(!is_likelier_by_joints(&before, &with([-900.0, -900.0, 2000.0])));
+    }
+
+    // Under a noise that has shrunk, rows leave as much as before.
+    #[test]
+    fn a_sure_moment_that_joint_after_joint_asks_for_is_taken() {
+        let layout = Layout::of(&[], &[], 0.0, |_, _| 0.0);
+        let before = Followed { value: 3600.0, misfits: vec![-5000.0, -7000.0, -6000.0] };
+        let with = |misfits: [f64; 3]| Followed { value: 3700.0, misfits: misfits.to_vec() };
+        assert!(with([-6500.0, -9000.0, -6900.0]).is_better_than(&before, true, &layout));
+        assert!(!with([-6500.0, -9000.0, -6900.0]).is_better_than(&before, false, &layout));
+        assert!(!with([-6500.0, -6990.0, -6000.0]).is_better_than(&before, true, &layout));
     }
 
     #[test]
