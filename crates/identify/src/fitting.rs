@@ -18,9 +18,9 @@ use crate::problem::{Candidate, Equations, Problem};
 use crate::refit::{Base, refit};
 use crate::report::{Finding, Verdict};
 use crate::screen::Screen;
-use crate::search::{Search, State, taken};
+use crate::search::{Accepted, Search, State, taken};
 use crate::trial::How;
-use crate::unknowns::FARTHEST;
+use crate::unknowns::{FARTHEST, Unknown};
 use crate::{IdentifyError, Options};
 
 /// One step of a ladder.
@@ -359,8 +359,7 @@ pub(crate) fn parameters(search: &Search, state: &State, wide: f64) -> Vec<Repor
                 unit = of_slide(&unit);
             }
             let name = format!("{}.{}", active.spec.place, parameter.label());
-            let from =
-                if is_new(state, u.id.effect) { "what the catalogue assumes" } else { "what was stated" };
+            let from = if is_assumed(state, u) { "what the catalogue assumes" } else { "what was stated" };
             let note = note(u.pull(model.p[u.position]).sqrt(), from, model.p[u.position], range);
             let mut report = ParameterReport { name, value, std, between_runs, unit, low, high, start, note };
             if report.note.is_none() && !u.shape {
@@ -431,9 +430,13 @@ fn repeats(runs: &[Run], check: &[Run]) -> Vec<String> {
         .collect()
 }
 
-// An effect that the files do not state.
-fn is_new(state: &State, effect: usize) -> bool {
-    state.accepted.iter().any(|a| a.effect == effect && matches!(a.trial.how, How::New { .. }))
+// A parameter of an effect that the files do not state, or a shape of which they say nothing.
+fn is_assumed(state: &State, unknown: &Unknown) -> bool {
+    let effect = unknown.id.effect;
+    let is_new = |a: &Accepted| a.effect == effect && matches!(a.trial.how, How::New { .. });
+    let active = &state.fitted.model.plant.effects()[effect];
+    let key = active.effect.card().parameters[unknown.id.parameter].key;
+    state.accepted.iter().any(is_new) || (unknown.shape && active.spec.get(key).is_none())
 }
 
 // Stated values that the data contradict, the farthest first.
@@ -446,7 +449,7 @@ pub(crate) fn pulls(state: &State, reports: &[Reported]) -> Vec<Finding> {
         let stops = if at_least.is_empty() { "" } else { ", where a fit stops: state how well it is known" };
         let far = format!("{at_least}{pull:.1} of its standard deviations");
         let (name, value, unit, start) = (&report.name, report.value, &report.unit, report.start);
-        let statement = if is_new(state, *effect) {
+        let statement = if is_assumed(state, u) {
             format!(
                 "{name}: fits with {value:.4} {unit}, {far} from the {start:.4} that the catalogue assumes{stops}"
             )
