@@ -434,3 +434,49 @@ impl Search<'_> {
         Ok(State { fitted, whitener, accepted, trials, columns, scores, reference, slopes })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sinew_data::{Quantity, Run, Signal};
+    use sinew_effects::CATALOGUE;
+    use sinew_model::{Robot, samples};
+    use sinew_rigid::inverse_dynamics;
+
+    use super::*;
+    use crate::Options;
+    use crate::analysis::about_base;
+    use crate::comparison::Prepared;
+    use crate::problem::Problem;
+
+    // A rigid joint at 1 kHz with readings of 17 bit a turn.
+    #[test]
+    fn a_state_that_was_let_go_has_its_rows_again_to_the_last_bit() {
+        let robot = Robot::rigid(samples::planar_arm(1, 4.0, 0.5));
+        let time: Vec<f64> = (0..6000).map(|k| 1e-3 * k as f64).collect();
+        let step = std::f64::consts::TAU / f64::from(1 << 17);
+        let angle = |t: &f64| (0.7 * (3.0 * t).sin() / step).round() * step;
+        let torque = |t: &f64| {
+            let (s, c) = (3.0 * (t + 5e-4)).sin_cos();
+            inverse_dynamics(&robot.model, &[0.7 * s], &[2.1 * c], &[-6.3 * s])[0]
+        };
+        let signal = |quantity, values| Signal::new(quantity, robot.model.dof_name(0), values);
+        let signals = vec![
+            signal(Quantity::MotorPosition, time.iter().map(angle).collect()),
+            signal(Quantity::MotorTorque, time.iter().map(torque).collect()),
+        ];
+        let runs = [Run::new("sine".to_owned(), time, signals).unwrap()];
+        let options = Options::default();
+        let prepared = Prepared::new(&robot, &runs, &options).unwrap();
+        let form = about_base(&robot, &CATALOGUE, &runs, &prepared, None).unwrap().unwrap();
+        let records = form.present().motion();
+        let problem = Problem::new(&robot, &CATALOGUE, &form, &options);
+        let search = Search::new(&problem, &records, &prepared.sensors);
+        let mut state = search.base(prepared.base_specs(&robot, &CATALOGUE)).unwrap();
+        let rows = |state: &State| state.fitted.model.residual(&problem);
+        let (before, misfit) = (rows(&state), state.misfit());
+        search.lighten(&mut state);
+        assert!(state.reference.as_ref().unwrap().records().is_empty());
+        search.restore(&mut state);
+        assert_eq!((rows(&state), state.misfit()), (before, misfit));
+    }
+}
