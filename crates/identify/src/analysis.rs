@@ -52,8 +52,8 @@ pub(crate) struct LeftOver {
     pub is_gone: bool,
     /// Outside of them nothing is left.
     pub is_rest_noise: bool,
-    /// By joint that moves: what is left of its torque changes slowly and passed for noise.
-    pub slow: Vec<bool>,
+    /// What is left of a joint's torque changes slowly and passed for noise.
+    pub is_slow: bool,
 }
 
 /// What runs are analysed for.
@@ -155,7 +155,7 @@ fn worked<T>(
         let drowned = drowned(&prepared, &innovation.present().torque_noise);
         // A name counts beside one joint that is drowned, not where all are.
         let none_counts = worked.names.is_empty() || !drowned.contains(&false);
-        let is_slow = worked.names.is_empty() && worked.left.slow.contains(&true);
+        let is_slow = worked.names.is_empty() && worked.left.is_slow;
         let is_drowned = is_slow || (drowned.contains(&true) && none_counts);
         if options.residual.is_some() || !is_drowned {
             return Ok(worked);

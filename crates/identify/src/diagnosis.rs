@@ -19,7 +19,7 @@ use crate::record::Channel;
 use crate::remainder::left_of_channels;
 use crate::report::{Finding, Refusal, Verdict};
 use crate::search::{Accepted as Entry, Search, State};
-use crate::slow::pass_for_noise;
+use crate::slow::passes_for_noise;
 use crate::surrogate::{self, FalseAcceptance, sentence};
 use crate::trial::{How, Trial};
 use crate::verdict::{channels, word};
@@ -243,8 +243,8 @@ impl Diagnosis {
         let is_gone = all.iter().all(|e| is_gone(search, &explored.state, e));
         let (alone, told): (Vec<Episode>, Vec<Episode>) = all.into_iter().partition(|e| e.is_alone);
         self.findings.splice(0..0, told.iter().map(|e| e.finding(search)));
-        let slow = pass_for_noise(search, &explored.state);
-        LeftOver { is_rest_noise: is_rest_noise && told.is_empty(), is_gone, episodes: alone, slow }
+        let is_slow = passes_for_noise(search, explored);
+        LeftOver { is_rest_noise: is_rest_noise && told.is_empty(), is_gone, is_slow, episodes: alone }
     }
 
     // Episodes are told before all else and named after the laws, but for the beginnings of runs, whose springs may swing from

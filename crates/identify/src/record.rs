@@ -478,22 +478,25 @@ pub(crate) fn noise_of(signal: &Signal, even: &[f64]) -> f64 {
 
 /// What a channel's sensor logged in a run that has it.
 pub(crate) fn channel_signal(robot: &Robot, run: &Run, channel: &Channel) -> Signal {
-    logged(robot, run, channel).expect("runs that lack a channel are refused")
+    let (signal, constant) = logged(robot, run, channel).expect("runs that lack a channel are refused");
+    let mut signal = signal.clone();
+    if let Some(constant) = constant {
+        signal.values.iter_mut().for_each(|x| *x *= constant);
+        signal.std = signal.std.map(|s| s * constant.abs());
+        signal.resolution = signal.resolution.map(|s| s * constant.abs());
+    }
+    signal
 }
 
-// What a channel's sensor logged, motor torque or current times the torque constant; none of a run that lacks it.
-fn logged(robot: &Robot, run: &Run, channel: &Channel) -> Option<Signal> {
+// What a channel's sensor logged, or a current and its torque constant; none of a run that lacks it.
+fn logged<'r>(robot: &Robot, run: &'r Run, channel: &Channel) -> Option<(&'r Signal, Option<f64>)> {
     let joint = robot.model.dof_name(channel.dof);
     if let Some(signal) = run.signal(channel.quantity(), joint) {
-        return Some(signal.clone());
+        return Some((signal, None));
     }
     let constant =
         robot.joints[channel.dof].torque_constant.filter(|_| channel.sensor == Sensor::MotorTorque)?;
-    let mut signal = run.signal(Quantity::MotorCurrent, joint)?.clone();
-    signal.values.iter_mut().for_each(|x| *x *= constant);
-    signal.std = signal.std.map(|s| s * constant.abs());
-    signal.resolution = signal.resolution.map(|s| s * constant.abs());
-    Some(signal)
+    Some((run.signal(Quantity::MotorCurrent, joint)?, Some(constant)))
 }
 
 // A torque held from one sample to the next acts, at a sample, with the mean of the holds before and after it.

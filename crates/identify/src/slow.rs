@@ -6,9 +6,10 @@
 
 use sinew_effect::Sensor;
 
+use crate::explore::Explored;
 use crate::record::Channel;
 use crate::residual::Segment;
-use crate::search::{Search, State};
+use crate::search::Search;
 
 // Seconds over which means are taken, and the fewest of them that tell.
 const OVER: f64 = 0.25;
@@ -20,25 +21,27 @@ const MUCH: f64 = 3.0;
 const SLOW: f64 = 4.0;
 const SHARE: f64 = 0.3;
 
-/// By joint that moves: true if what is left of its torque changes slowly and passed for noise; empty where no noise is known.
-pub(crate) fn pass_for_noise(search: &Search, state: &State) -> Vec<bool> {
-    let Some(reference) = &state.reference else { return Vec::new() };
-    let (told, residual) = (search.yardstick(), search.told(state));
+/// True if what is left of the torque of a joint that moves changes slowly and passed for noise.
+pub(crate) fn passes_for_noise(search: &Search, explored: &Explored) -> bool {
+    let (Some(reference), Some(last)) = (&explored.state.reference, explored.rungs.last()) else {
+        return false;
+    };
+    let told = search.yardstick();
     let layout = told.problem.form.layout();
-    let of = |(dof, noise): (usize, &f64)| {
+    let is_slow = |(dof, noise): (usize, &f64)| {
         let torque = Channel { sensor: Sensor::MotorTorque, dof };
         let Some(c) = layout.channels.iter().position(|c| *c == torque) else { return false };
         let read = told.records.iter().map(|record| record.noise[c]).fold(0.0, f64::max);
         let of_run = |segment: &Segment| {
             let scales = &told.records[segment.record].scales;
             let all = segment.first..segment.first + segment.len;
-            let rows = all.filter(|&k| layout.keep[k]).map(|k| residual[k]).collect();
+            let rows = all.filter(|&k| layout.keep[k]).map(|k| last.residual[k]).collect();
             Series { apart: scales.step() * scales.every as f64, rows }
         };
-        let runs: Vec<Series> = layout.of_channel(c).map(of_run).collect();
-        *noise > MUCH * read && change_slowly(&runs, noise * noise * layout.period)
+        let runs = || layout.of_channel(c).map(of_run).collect::<Vec<Series>>();
+        *noise > MUCH * read && change_slowly(&runs(), noise * noise * layout.period)
     };
-    search.sensors.moving().zip(&reference.torque_noise).map(of).collect()
+    search.sensors.moving().zip(&reference.torque_noise).any(is_slow)
 }
 
 // The rows of a channel in a run that count, so many seconds apart.
