@@ -3,7 +3,8 @@
 use sinew_effect::{Act, SWING_FREQUENCY};
 
 use crate::colour::Whitener;
-use crate::problem::{Budget, Candidate, Equations, Linearised, MANY, Problem, objective, straighten};
+use crate::equations::Equations;
+use crate::problem::{Budget, Candidate, Linearised, MANY, Problem, objective, straighten};
 use crate::refit::Fitted;
 use crate::screen::{SHIFT, Score};
 use crate::trial::{How, Trial};
@@ -26,6 +27,8 @@ pub(crate) struct Descent<'a> {
     pub white: Vec<f64>,
     /// The objective reached.
     pub best: f64,
+    // The objective before the first step, and what its equations promised.
+    promised: [f64; 2],
 }
 
 const ITERATIONS: usize = 8;
@@ -36,6 +39,13 @@ const BEHIND: f64 = 1.5;
 // Share of the objective that a step must gain for all columns to change with it, where they are dear.
 const MUCH: f64 = 0.1;
 const VALLEY_STEPS: usize = 6;
+// A gain that ends a descent.
+const ENOUGH: f64 = 0.05;
+// A promise that is worth the way along a valley, the share of it below which a descent has not arrived, and the share of the
+// objective that is to be left where derivatives are dear.
+pub(crate) const VALLEY: f64 = 30.0;
+const KEPT: f64 = 0.5;
+const MOST: f64 = 0.5;
 // Factors on a screened strength that are tried.
 const STRENGTHS: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
 
@@ -54,8 +64,20 @@ impl<'a> Descent<'a> {
         let at = Linearised { residual: Vec::new(), columns: Vec::new() };
         let (start, white) = (model.p.clone(), Vec::new());
         let best = f64::INFINITY;
-        let mut descent =
-            Self { problem, base, whitener, start, structural, model, own, new, at, white, best };
+        let mut descent = Self {
+            problem,
+            base,
+            whitener,
+            start,
+            structural,
+            model,
+            own,
+            new,
+            at,
+            white,
+            best,
+            promised: [0.0; 2],
+        };
         descent.settle();
         Some(descent)
     }
@@ -124,12 +146,15 @@ impl<'a> Descent<'a> {
         while budget.lasts() {
             let equations = Equations::new(self.whitener, &self.problem, &self.model, &self.at, damping);
             let Some(equations) = equations.and_then(|e| e.bounded(&self.model)) else { return };
-            let hoped = self.best - HOPE * equations.promised();
+            if budget.is_whole() {
+                self.promised = [self.best, equations.quadratic.promised()];
+            }
+            let hoped = self.best - HOPE * equations.quadratic.promised();
             if self.structural && dear && (hoped > BEHIND * leader || hoped > ceiling) {
                 return;
             }
             let before = self.model.p.clone();
-            self.model.step(&equations.step);
+            self.model.step(&equations.quadratic.step);
             let (residual, white, now) = self.evaluate();
             let misled = self.problem.is_rough()
                 && equations.misled(&self.problem, self.whitener, &self.model, self.best, now);
@@ -151,7 +176,7 @@ impl<'a> Descent<'a> {
             let gain = self.best - now;
             (self.at.residual, self.white, self.best) = (residual, white, now);
             damping /= 8.0;
-            if gain < 0.05 + 1e-5 * self.best {
+            if gain < ENOUGH + 1e-5 * self.best {
                 return;
             }
             // Far from the base its columns no longer hold; near the minimum all of them do.
@@ -166,23 +191,29 @@ impl<'a> Descent<'a> {
         }
     }
 
-    /// A curved valley (a gain scales every other parameter): plain Gauss–Newton steps from the screened strengths run
-    /// along it, whatever the objective says on the way. Kept if they end lower.
+    /// True if far less came of the descent than its first equations promised: a curved valley, where every step that is worth it
+    /// first leads up. Where derivatives are dear, only what was to explain most tells.
+    pub fn falls_short(&self) -> bool {
+        let [before, promised] = self.promised;
+        let is_worth_it = !self.is_dear() || before - promised < MOST * self.base.objective;
+        is_worth_it && promised > VALLEY && before - self.best < KEPT * promised
+    }
+
+    /// A curved valley (a gain scales every other parameter; a link is off by compliance times torque): plain Gauss–Newton steps
+    /// from the screened strengths run along it, whatever the objective says on the way. Kept if they end lower.
     pub fn follow_valley(&mut self, problem: &Problem) {
         let kept = std::mem::replace(&mut self.model.p, self.start.clone());
-        let arrived = (0..VALLEY_STEPS).all(|_| {
+        for _ in 0..VALLEY_STEPS {
             let at = self.model.linearise(problem);
-            let equations = at
-                .is_finite()
-                .then(|| Equations::new(self.whitener, problem, &self.model, &at, 0.0))
-                .flatten();
-            equations.is_some_and(|e| {
-                self.model.step(&e.step);
-                true
-            })
-        });
+            let equations = Equations::new(self.whitener, problem, &self.model, &at, 0.0);
+            let Some(equations) = equations.filter(|e| at.is_finite() && e.quadratic.promised() > ENOUGH)
+            else {
+                break;
+            };
+            self.model.step(&equations.quadratic.step);
+        }
         let (residual, white, now) = self.evaluate();
-        if arrived && now < self.best {
+        if now < self.best {
             (self.at.residual, self.white, self.best) = (residual, white, now);
             self.renew_all();
         } else {

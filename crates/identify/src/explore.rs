@@ -247,13 +247,14 @@ fn unlikely(search: &Search, before: &State, after: &State) -> Option<(Trial, St
 
 // False if a round had candidates and none of them is likely: those are not offered again.
 fn leave_likely(search: &mut Search, state: &mut State, round: &mut Round, step: usize) -> bool {
-    let taken_out = unlikely_at_once(search, state, round);
+    let taken_out = taken_out_at_once(search, state, round);
     let is_left = !round.passed.is_empty() || taken_out.is_empty();
     for (trial, reason) in taken_out {
-        search.refuse(&trial, step, reason);
         if !is_left {
             search.banned.push(trial.label());
+            search.unlikely.push((trial.clone(), reason.clone()));
         }
+        search.refuse(&trial, step, reason);
     }
     if !is_left {
         search.offer_again(state);
@@ -261,24 +262,10 @@ fn leave_likely(search: &mut Search, state: &mut State, round: &mut Round, step:
     is_left
 }
 
-// Takes candidates out of a round near the noise that make the log no likelier about the motion that is there: the answer
-// is that about a motion of their own, which takes a hundred times as long.
-fn unlikely_at_once(search: &Search, state: &State, round: &mut Round) -> Vec<(Trial, String)> {
-    let form = search.problem.form;
-    let Some(reference) = state.reference.as_ref().filter(|_| !form.layout().is_much(state.fitted.objective))
-    else {
-        return Vec::new();
-    };
-    let reason = |refit: &Refit| {
-        let (model, evidence) = (&refit.fitted.model, &refit.evidence);
-        if evidence.is_relief() {
-            return None;
-        }
-        let kept =
-            reference.misfit() - form.misfit(reference, &reference.torque_noise, &model.plant, &model.p)?;
-        too_little_kept(kept, evidence.data, "the present motion")
-    };
-    let reasons: Vec<Option<String>> = round.passed.par_iter().map(reason).collect();
+// Takes candidates out of a round that make the log no likelier about the motion that is there.
+fn taken_out_at_once(search: &Search, state: &State, round: &mut Round) -> Vec<(Trial, String)> {
+    let reasons: Vec<Option<String>> =
+        round.passed.par_iter().map(|refit| unlikely_at_once(search, state, refit)).collect();
     let (mut likely, mut unlikely) = (Vec::new(), Vec::new());
     for (refit, reason) in round.passed.drain(..).zip(reasons) {
         match reason {
@@ -288,6 +275,33 @@ fn unlikely_at_once(search: &Search, state: &State, round: &mut Round) -> Vec<(T
     }
     round.passed = likely;
     unlikely
+}
+
+// Why a candidate near the noise makes the log no likelier about the motion that is there: the answer is that about a motion of
+// its own, which takes a hundred times as long.
+fn unlikely_at_once(search: &Search, state: &State, refit: &Refit) -> Option<String> {
+    let form = search.problem.form;
+    let reference = state.reference.as_ref()?;
+    if form.layout().is_much(state.fitted.objective) || refit.evidence.is_relief() {
+        return None;
+    }
+    let model = &refit.fitted.model;
+    let misfit = form.misfit(reference, &reference.torque_noise, &model.plant, &model.p)?;
+    too_little_kept(reference.misfit() - misfit, refit.evidence.data, "the present motion")
+}
+
+/// Candidates of the last round, in which nothing passed, that make the log no likelier, each with the reason.
+pub(crate) fn unlikely_in_the_end(search: &Search, explored: &Explored) -> Vec<(Trial, String)> {
+    let state = &explored.state;
+    // One that was tried beside effects that are gone tells nothing.
+    let is_of_state = |refit: &&Refit| {
+        matches!(refit.trial.how, How::New { .. })
+            && refit.fitted.model.specs.len() == state.fitted.model.specs.len() + 1
+    };
+    let failed: Vec<&Refit> =
+        explored.last.iter().flat_map(|last| &last.failed).filter(is_of_state).collect();
+    let of = |refit: &&Refit| Some((refit.trial.clone(), unlikely_at_once(search, state, refit)?));
+    failed.par_iter().filter_map(of).collect()
 }
 
 // Why a fall of −2 log likelihood is less than rows promised.

@@ -1,7 +1,7 @@
 //! A first look at a part of a long log: where its model settles, how its torques are logged, and which candidates are
 //! worth being tried along the whole of it.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use sinew_data::Run;
 use sinew_effect::{Catalogue, Requirement};
@@ -9,7 +9,7 @@ use sinew_model::{EffectSpec, Robot};
 
 use crate::analysis::about_base;
 use crate::comparison::Prepared;
-use crate::explore::explore;
+use crate::explore::{explore, unlikely_in_the_end};
 use crate::limits::{DetectionLimit, limits};
 use crate::problem::Problem;
 use crate::record::Record;
@@ -31,6 +31,8 @@ pub(crate) struct FirstLook {
     // Labels of the candidates that explained something in any of its rounds, and those of the others.
     promising: BTreeSet<String>,
     unpromising: BTreeSet<String>,
+    // Those of candidates that made the part no likelier, with the reason.
+    unlikely: BTreeMap<String, String>,
     /// What the whole log would have shown: the standard deviations of the part shrink by the root of the samples.
     pub limits: Vec<DetectionLimit>,
     // Samples of the part.
@@ -80,11 +82,16 @@ impl FirstLook {
         let base = search.base(prepared.base_specs(robot, catalogue))?;
         let Some(reference) = base.reference.clone().filter(|_| base.is_finite()) else { return Ok(None) };
         let (specs, values) = (base.fitted.model.specs.clone(), base.fitted.model.p.clone());
-        let may_be_left_out = |trial: &&Trial| matches!(trial.how, How::New { .. }) && is_steady(trial);
+        let may_be_left_out = |trial: &&Trial| is_new(trial) && is_steady(trial);
         let offered: BTreeSet<String> =
             base.trials.iter().filter(may_be_left_out).map(Trial::label).collect();
         let explored = explore(&mut search, base, None)?;
         let limits = limits(&search, &explored);
+        search.unlikely.extend(unlikely_in_the_end(&search, &explored));
+        // Beside what it is a rival of, a candidate makes nothing likelier; along the whole log it may be the better one.
+        let is_rival = |trial: &Trial| explored.state.accepted.iter().any(|a| a.trial.place == trial.place);
+        let unlikely = search.unlikely.into_iter().filter(|(trial, _)| !is_rival(trial));
+        let unlikely = unlikely.map(|(trial, reason)| (trial.label(), reason)).collect();
         let promising = search.promising;
         Ok(Some(Self {
             specs,
@@ -93,24 +100,29 @@ impl FirstLook {
             torque_noise: reference.torque_noise.clone(),
             unpromising: offered.difference(&promising).cloned().collect(),
             promising,
+            unlikely,
             limits,
             samples: samples(runs),
         }))
     }
 
     /// True if a candidate is tried along the whole log: what needs a prediction of its own only if it explained something,
-    /// of the rest all that did not explain nothing.
+    /// of the rest all that did not explain nothing; none that made the part no likelier.
     pub fn offers(&self, trial: &Trial) -> bool {
         let label = trial.label();
-        self.promising.contains(&label)
-            || (trial.exact_spec().is_none() && !self.unpromising.contains(&label))
+        let is_worth_it = self.promising.contains(&label)
+            || (trial.exact_spec().is_none() && !self.unpromising.contains(&label));
+        is_worth_it && !(is_new(trial) && is_steady(trial) && self.unlikely.contains_key(&label))
     }
 
     /// Why candidates are not tried along the whole log.
     pub fn refusals(&self) -> Vec<Refusal> {
-        let reason = format!("explains nothing in a part of the log ({} samples)", self.samples);
-        let of = |label: &String| Refusal { candidate: label.clone(), step: 1, reason: reason.clone() };
-        self.unpromising.iter().map(of).collect()
+        let part = format!("a part of the log ({} samples)", self.samples);
+        let of = |label: &String, reason: String| Refusal { candidate: label.clone(), step: 1, reason };
+        let unpromising =
+            self.unpromising.iter().map(|label| of(label, format!("explains nothing in {part}")));
+        let unlikely = self.unlikely.iter().map(|(label, reason)| of(label, format!("in {part}: {reason}")));
+        unpromising.chain(unlikely).collect()
     }
 
     /// What was done, in words.
@@ -124,6 +136,11 @@ impl FirstLook {
         let are_alike = self.specs.len() == specs.len() && pairs.all(|(a, b)| a.is_same_as(b));
         are_alike.then_some(&self.values)
     }
+}
+
+// True if the effect is not in the model yet.
+fn is_new(trial: &Trial) -> bool {
+    matches!(trial.how, How::New { .. })
 }
 
 // True if a part of a log shows it as well as another: a joint grows warm in the course of it.

@@ -12,9 +12,10 @@ use crate::before::of_unseen;
 use crate::comparison::{Prepared, SignalError, as_given, signals, total};
 use crate::diagnosis::{Diagnosis, report, views_told};
 use crate::episode::sudden;
+use crate::equations::Equations;
 use crate::explore::{Explored, Unseen, explore, rung, widening};
 use crate::heterogeneity::run_to_run;
-use crate::problem::{Candidate, Equations, Problem};
+use crate::problem::{Candidate, Problem};
 use crate::refit::{Base, refit};
 use crate::report::{Finding, Verdict};
 use crate::screen::Screen;
@@ -405,14 +406,14 @@ fn standard_deviations(search: &Search, state: &State, wide: f64) -> Option<Vec<
         search.problem.form.layout(),
         &equations.columns,
         &equations.residual,
-        &equations.normal,
+        &equations.quadratic.normal,
         wide,
     );
     let spread = |(variance, between_runs): (f64, f64)| Spread {
         std: (variance.max(0.0).sqrt() * wide).max(between_runs),
         between_runs,
     };
-    Some(equations.normal.variances().into_iter().zip(between).map(spread).collect())
+    Some(equations.quadratic.normal.variances().into_iter().zip(between).map(spread).collect())
 }
 
 // A check run that repeats a fitted command is no unseen motion.

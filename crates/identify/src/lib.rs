@@ -14,6 +14,7 @@ mod comparison;
 mod descent;
 mod diagnosis;
 mod episode;
+mod equations;
 mod error;
 mod exchange;
 mod explore;

@@ -2,8 +2,9 @@
 
 use crate::IdentifyError;
 use crate::colour::Whitener;
+use crate::equations::Equations;
 use crate::least_squares::dot;
-use crate::problem::{Candidate, Equations, Linearised};
+use crate::problem::{Candidate, Linearised};
 use crate::residual::{Layout, LoggedTorques, Start};
 use crate::search::Search;
 use crate::settle::{FALLS, RENEWALS};
@@ -108,8 +109,8 @@ impl Search<'_> {
         let z = whitener.apply(self.problem.form.layout(), &change);
         let base = Equations::new(whitener, self.problem, model, at, 0.0)?;
         let g: Vec<f64> = base.columns.iter().map(|column| dot(column, &z)).collect();
-        let s = dot(&z, &z) - dot(&g, &base.normal.solve(&g));
-        let share = step * (dot(&z, &base.residual) - dot(&g, &base.step)) / s;
+        let s = dot(&z, &z) - dot(&g, &base.quadratic.normal.solve(&g));
+        let share = step * (dot(&z, &base.residual) - dot(&g, &base.quadratic.step)) / s;
         let std = step.abs() / s.sqrt();
         share.is_finite().then_some(Earliness { share: present.early + share, std })
     }

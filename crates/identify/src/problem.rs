@@ -2,16 +2,15 @@
 
 use std::sync::Arc;
 
-use faer::Mat;
-
 use sinew_effect::Catalogue;
 use sinew_model::{EffectSpec, Robot, Trust};
 use sinew_plant::Plant;
 
 use crate::base::{EXACT_TO_NOMINAL, is_inertial};
 use crate::colour::Whitener;
+use crate::equations::Equations;
 use crate::freedom::Springs;
-use crate::least_squares::{Normal, cross, dot, matrix};
+use crate::least_squares::dot;
 use crate::residual::{Grid, LoggedTorques, ResidualForm};
 use crate::unknowns::Unknown;
 use crate::{IdentifyError, Options};
@@ -241,114 +240,6 @@ impl Candidate {
     }
 }
 
-/// Whitened normal equations of a linearised model.
-pub(crate) struct Equations {
-    pub columns: Vec<Vec<f64>>,
-    pub residual: Vec<f64>,
-    pub normal: Normal,
-    /// The step of the unknowns to the minimum.
-    pub step: Vec<f64>,
-    // A and its right side.
-    a: Mat<f64>,
-    g: Vec<f64>,
-}
-
-// Weight, by a diagonal entry, that holds an unknown at its bound.
-const HELD: f64 = 1e8;
-const BOUND_ROUNDS: usize = 4;
-// Share of a promised gain that speaks for the derivatives.
-const KEPT: f64 = 0.3;
-
-impl Equations {
-    /// A = JᵀJ + Λ,   A d = Jᵀ r + Λ (m − x), with A's prior part multiplied by 1 + `damping`.
-    pub fn new(
-        whitener: &Whitener,
-        problem: &Problem,
-        model: &Candidate,
-        at: &Linearised,
-        damping: f64,
-    ) -> Option<Self> {
-        let layout = problem.form.layout();
-        let columns = whitener.apply_all(layout, &at.columns);
-        let residual = whitener.apply(layout, &at.residual);
-        Self::of(columns, residual, model, damping)
-    }
-
-    pub fn of(columns: Vec<Vec<f64>>, residual: Vec<f64>, model: &Candidate, damping: f64) -> Option<Self> {
-        let jacobian = matrix(residual.len(), &columns);
-        let mut a = cross(&jacobian, &jacobian);
-        let mut g: Vec<f64> = columns.iter().map(|c| dot(c, &residual)).collect();
-        for (k, unknown) in model.unknowns.iter().enumerate() {
-            let weight = unknown.weight();
-            a[(k, k)] += weight;
-            a[(k, k)] += damping * a[(k, k)];
-            if let Some((mean, _)) = unknown.prior {
-                g[k] += weight * (mean - model.p[unknown.position]);
-            }
-        }
-        let normal = Normal::new(&a)?;
-        let step = normal.solve(&g);
-        Some(Self { columns, residual, normal, step, a, g })
-    }
-
-    /// What the step gains if rows are linear in the unknowns.
-    pub fn promised(&self) -> f64 {
-        // 2 gᵀd − dᵀA d
-        let d = Mat::from_fn(self.step.len(), 1, |i, _| self.step[i]);
-        2.0 * dot(&self.g, &self.step) - (d.transpose() * &self.a * &d)[(0, 0)]
-    }
-
-    /// True if the step to this model, from one objective to another, gained little of what these equations promised,
-    /// because links are not where their reference has them.
-    pub fn misled(
-        &self,
-        problem: &Problem,
-        whitener: &Whitener,
-        model: &Candidate,
-        before: f64,
-        after: f64,
-    ) -> bool {
-        let promised = self.promised();
-        if promised < 10.0 + 1e-3 * before || before - after > KEPT * promised {
-            return false;
-        }
-        let given = model.residual_given(problem);
-        let given = objective(&whitener.apply(problem.form.layout(), &given), model);
-        let agrees = (given - after).abs() < KEPT * promised;
-        !agrees
-    }
-
-    /// The same with every unknown that would leave its range held where it may go, so that the others do not count on
-    /// the rest of its step.
-    pub fn bounded(mut self, model: &Candidate) -> Option<Self> {
-        // What holds an unknown is no part of what a step promises.
-        let (mut a, mut g) = (self.a.clone(), self.g.clone());
-        let mut held = vec![false; model.unknowns.len()];
-        for _ in 0..BOUND_ROUNDS {
-            let mut changed = false;
-            for (k, unknown) in model.unknowns.iter().enumerate() {
-                if held[k] {
-                    continue;
-                }
-                let from = model.p[unknown.position];
-                let allowed = unknown.moved(from, self.step[k]) - from;
-                if (allowed - self.step[k]).abs() > 1e-6 * unknown.scale {
-                    let weight = HELD * a[(k, k)];
-                    a[(k, k)] += weight;
-                    g[k] += weight * allowed;
-                    (held[k], changed) = (true, true);
-                }
-            }
-            if !changed {
-                break;
-            }
-            self.normal = Normal::new(&a)?;
-            self.step = self.normal.solve(&g);
-        }
-        Some(self)
-    }
-}
-
 /// Squared length of whitened rows plus the priors' misfit.
 pub(crate) fn objective(whitened: &[f64], model: &Candidate) -> f64 {
     dot(whitened, whitened) + model.penalty()
@@ -379,6 +270,10 @@ impl Budget {
     pub fn lasts(&self) -> bool {
         self.counted > 0 && self.all > 0
     }
+    /// True before the first step.
+    pub fn is_whole(&self) -> bool {
+        self.all == MOST_STEPS
+    }
     /// Accounts for a step from one objective to another.
     pub fn spend(&mut self, before: f64, after: f64) {
         self.all -= 1;
@@ -407,11 +302,11 @@ pub(crate) fn refine(
     while budget.lasts() {
         let equations = Equations::new(whitener, &problem, model, &at, damping);
         let Some(equations) = equations.and_then(|e| e.bounded(model)) else { break };
-        if equations.promised() < NOTHING {
+        if equations.quadratic.promised() < NOTHING {
             break;
         }
         let before = model.p.clone();
-        model.step(&equations.step);
+        model.step(&equations.quadratic.step);
         let residual = model.residual(&problem);
         let now = objective(&whitener.apply(layout, &residual), model);
         if problem.is_rough() && equations.misled(&problem, whitener, model, best, now) {

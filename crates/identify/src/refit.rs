@@ -1,11 +1,12 @@
 //! Refit of a screened candidate: its strengths and shapes free, everything else along.
 
 use crate::colour::Whitener;
-use crate::descent::Descent;
+use crate::descent::{Descent, VALLEY};
+use crate::equations::Equations;
 use crate::gates::{Evidence, Pair};
 use crate::heterogeneity::signs_differ;
 use crate::least_squares::{Normal, cross, dot, matrix};
-use crate::problem::{Candidate, Equations, Linearised, MANY, Problem, objective};
+use crate::problem::{Candidate, Linearised, MANY, Problem, objective};
 use crate::residual::Layout;
 use crate::screen::Score;
 use crate::starts::LEAST_DROP;
@@ -73,9 +74,12 @@ pub(crate) fn refit(
     descent.descend(leader, base.objective - LEAST_DROP);
     let structural_rival = trial.card.rivals.iter().any(|r| r.structural);
     let falls_short = || descent.best > base.objective - 0.1 * score.drop;
-    if structural_rival && score.drop > 30.0 && (falls_short() || descent.model.penalty() > STRAINED) {
-        // With many unknowns exact derivatives are dear.
-        let few = base.model.unknowns.len() <= MANY;
+    // With many unknowns exact derivatives are dear, and each is pulled a little.
+    let few = base.model.unknowns.len() <= MANY;
+    let strained = if few { STRAINED } else { STRAINED_EACH * descent.model.unknowns.len() as f64 };
+    let is_rival_in_valley =
+        || structural_rival && score.drop > VALLEY && (falls_short() || descent.model.penalty() > strained);
+    if descent.falls_short() || is_rival_in_valley() {
         descent.follow_valley(&if few { problem.exact() } else { about });
     }
     let Descent { model, own, new, at, white, best, .. } = descent;
@@ -184,7 +188,7 @@ fn vague(
     own: &[usize],
     trial: &Trial,
 ) -> Option<String> {
-    let variances = Equations::new(whitener, problem, model, at, 0.0)?.normal.variances();
+    let variances = Equations::new(whitener, problem, model, at, 0.0)?.quadratic.normal.variances();
     let sure = |k: usize| model.p[model.unknowns[k].position].abs() > 2.0 * variances[k].max(0.0).sqrt();
     let switch = match &trial.how {
         How::New { strengths, exact: true, .. } => strengths.first().copied(),
@@ -234,6 +238,8 @@ fn shorter_than_a_sample(model: &Candidate, own: &[usize], period: f64) -> Optio
 
 // χ² of the priors at the end of a descent above which a candidate that scales them all may not have arrived.
 const STRAINED: f64 = 9.0;
+// The same by unknown where there are many.
+const STRAINED_EACH: f64 = 0.5;
 
 // Standard deviations from zero of a stated parameter that is there for sure.
 const SURE: f64 = 3.0;

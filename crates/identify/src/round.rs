@@ -5,8 +5,9 @@ use rayon::prelude::*;
 use sinew_effect::Screening;
 use sinew_model::Place;
 
+use crate::equations::Equations;
 use crate::gates::Evidence;
-use crate::problem::{BENT, Equations, MANY, Problem};
+use crate::problem::{BENT, MANY, Problem};
 use crate::refit::{Base, Fitted, Refit, refit};
 use crate::screen::{Score, Screen, all_columns};
 use crate::search::{Columns, Scores, Search, State};

@@ -7,9 +7,10 @@ use sinew_effect::{SWING_FREQUENCY, Screening};
 use sinew_model::Setting;
 use sinew_plant::Plant;
 
+use crate::equations::Equations;
 use crate::freedom::Springs;
 use crate::least_squares::{Normal, column, cross, dot, matrix};
-use crate::problem::{Candidate, Equations, Problem};
+use crate::problem::{Candidate, Problem};
 use crate::residual::Grid;
 use crate::trial::{How, Trial};
 
@@ -209,7 +210,7 @@ impl<'a> Screen<'a> {
     pub fn new(problem: &'a Problem<'a>, model: &'a Candidate, base: &'a Equations) -> Self {
         // r⊥ = r − J d₀
         let mut minimum = base.residual.clone();
-        for (column, d) in base.columns.iter().zip(&base.step) {
+        for (column, d) in base.columns.iter().zip(&base.quadratic.step) {
             for (x, c) in minimum.iter_mut().zip(column) {
                 *x -= c * d;
             }
@@ -260,7 +261,7 @@ impl<'a> Screen<'a> {
         let before = dot(&self.base.residual, &self.base.residual);
         let at_stated: Vec<f64> = self.base.residual.iter().zip(white.first()?).map(|(r, z)| r - z).collect();
         let g: Vec<f64> = self.base.columns.iter().map(|c| dot(c, &at_stated)).collect();
-        let left = dot(&at_stated, &at_stated) - dot(&g, &self.base.normal.solve(&g));
+        let left = dot(&at_stated, &at_stated) - dot(&g, &self.base.quadratic.normal.solve(&g));
         let drop = before - left;
         // Even where it is worse before its refit it deserves one.
         let on_trust = drop < TRUST * before;
@@ -281,7 +282,7 @@ impl<'a> Screen<'a> {
         }
         let z = matrix(self.minimum.nrows(), white);
         let j = &self.jacobian;
-        let share = self.base.normal.solve_many(&cross(j, &z));
+        let share = self.base.quadratic.normal.solve_many(&cross(j, &z));
         let orthogonal: Mat<f64> = &z - j * &share;
         let mut s_matrix = cross(&z, &orthogonal);
         let s = cross(&z, &self.minimum);
@@ -303,45 +304,20 @@ impl<'a> Screen<'a> {
 
     // The same equations without the priors of some unknowns.
     fn release(&self, unknowns: &[usize]) -> Option<Score> {
-        let mut freed = self.model.again(self.problem).ok()?;
+        let (model, base) = (self.model, &self.base.quadratic);
+        let mut freed = model.again(self.problem).ok()?;
         for &k in unknowns {
             freed.unknowns[k].prior = None;
         }
-        let equations = Equations::of(self.base.columns.clone(), self.base.residual.clone(), &freed, 0.0)?
-            .bounded(&freed)?;
-        let at = |step: &[f64]| -> (Vec<f64>, f64) {
-            let mut r = self.base.residual.clone();
-            for (column, d) in self.base.columns.iter().zip(step) {
-                r.iter_mut().zip(column).for_each(|(x, c)| *x -= c * d);
-            }
-            let pull = self
-                .model
-                .unknowns
-                .iter()
-                .enumerate()
-                .map(
-                    |(k, u)| {
-                        if unknowns.contains(&k) { 0.0 } else { u.pull(self.model.p[u.position] + step[k]) }
-                    },
-                )
-                .sum();
-            (r, pull)
+        let step = base.without_priors(unknowns, model)?.bounded(&freed)?.step;
+        let pull = |candidate: &Candidate, step: &[f64]| -> f64 {
+            let unknowns = candidate.unknowns.iter().zip(step);
+            unknowns.map(|(u, d)| u.pull(model.p[u.position] + d)).sum()
         };
-        let (before, _) = at(&self.base.step);
-        let pull_before: f64 = self
-            .model
-            .unknowns
-            .iter()
-            .zip(&self.base.step)
-            .map(|(u, d)| u.pull(self.model.p[u.position] + d))
-            .sum();
-        let (after, pull_after) = at(&equations.step);
-        let tension = pull_before - pull_after;
-        let drop = dot(&before, &before) - dot(&after, &after) + tension;
-        let strengths = unknowns
-            .iter()
-            .map(|&k| self.model.p[self.model.unknowns[k].position] + equations.step[k])
-            .collect();
+        let rows = base.fall_of_rows(&step, model) - base.fall_of_rows(&base.step, model);
+        let drop = rows + pull(model, &base.step) - pull(&freed, &step);
+        let of = |&k: &usize| model.p[model.unknowns[k].position] + step[k];
+        let strengths = unknowns.iter().map(of).collect();
         Some(Score { strengths, stds: Vec::new(), drop, out: None, on_trust: false })
     }
 }

@@ -115,6 +115,8 @@ pub(crate) struct Search<'a> {
     pub refusals: Vec<Refusal>,
     /// Labels of candidates that are not offered again.
     pub banned: Vec<String>,
+    /// Those of them that made the log no likelier about the motion of the state that they were offered to, with the reason.
+    pub unlikely: Vec<(Trial, String)>,
     /// Labels of candidates that explained something in any round.
     pub promising: BTreeSet<String>,
     // What depends on the runs only, made when it is first asked for.
@@ -139,6 +141,7 @@ impl<'a> Search<'a> {
             channel_std,
             refusals: Vec::new(),
             banned: Vec::new(),
+            unlikely: Vec::new(),
             promising: BTreeSet::new(),
             features: OnceLock::new(),
             waves: OnceLock::new(),
@@ -189,6 +192,7 @@ impl<'a> Search<'a> {
             channel_std: self.channel_std.clone(),
             refusals: Vec::new(),
             banned: self.banned.clone(),
+            unlikely: Vec::new(),
             promising: BTreeSet::new(),
             features: self.features.clone(),
             waves: self.waves.clone(),

@@ -8,8 +8,9 @@ use sinew_model::{EffectSpec, Place, Robot, Setting, Trust};
 use crate::base::{inertial, is_inertial};
 use crate::colour::{Whitener, rows_of};
 use crate::comparison::Prepared;
+use crate::equations::Equations;
 use crate::least_squares::{Normal, cross, dot, matrix};
-use crate::problem::{Candidate, Equations, Linearised, Problem};
+use crate::problem::{Candidate, Linearised, Problem};
 use crate::report::Finding;
 use crate::residual::Layout;
 use crate::screen::Screen;
@@ -196,7 +197,7 @@ impl<'a> Trials<'a> {
             let score = screen.score(trial, &white)?;
             // What makes a joint elastic is compared with the stated values, not with what the base reaches.
             let resonance = matches!(trial.card.screening, Screening::Resonance { .. });
-            let reached = if resonance { base.promised() } else { 0.0 };
+            let reached = if resonance { base.quadratic.promised() } else { 0.0 };
             (score.out.is_none() && !score.on_trust).then_some(score.drop - reached)
         });
         let stated = self.gain(&self.weights(|_| 1.0))?;

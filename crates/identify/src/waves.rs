@@ -47,21 +47,17 @@ impl Waves {
         let mut told: Vec<Pairs> = vec![vec![Default::default(); count]; differing];
         for record in records {
             let turn: Vec<(f64, f64)> = record.theta[dof].iter().map(|t| t.sin_cos()).collect();
-            let mut wave: Vec<(f64, f64)> =
-                record.theta[dof].iter().map(|t| (first as f64 * t).sin_cos()).collect();
-            for begin in (0..count).step_by(TOGETHER) {
-                // sin nθ and cos nθ of some n, one after the other.
-                let mut series: Vec<Vec<f64>> = Vec::with_capacity(2 * TOGETHER);
-                for _ in begin..count.min(begin + TOGETHER) {
-                    series.push(wave.iter().map(|w| w.0).collect());
-                    series.push(wave.iter().map(|w| w.1).collect());
-                    // sin (n + 1)θ = sin nθ cos θ + cos nθ sin θ,  cos (n + 1)θ alike
-                    for ((s, c), (st, ct)) in wave.iter_mut().zip(&turn) {
-                        (*s, *c) = (*s * ct + *c * st, *c * ct - *s * st);
-                    }
-                }
-                for (pairs, &channel) in told.iter_mut().zip(&own) {
-                    for (k, rows) in record.generic_rows(channel, &series).into_iter().enumerate() {
+            // Rows of some n by channel.
+            let rows_of = |begin: usize| -> Vec<Vec<Vec<f64>>> {
+                let series = waves(&record.theta[dof], &turn, first + begin, TOGETHER.min(count - begin));
+                let of_channels = own[..differing].iter();
+                of_channels.map(|&channel| record.generic_rows(channel, &series)).collect()
+            };
+            let begins: Vec<usize> = (0..count).step_by(TOGETHER).collect();
+            let parts: Vec<Vec<Vec<Vec<f64>>>> = begins.par_iter().map(|&begin| rows_of(begin)).collect();
+            for (begin, of_channels) in begins.into_iter().zip(parts) {
+                for (pairs, rows) in told.iter_mut().zip(of_channels) {
+                    for (k, rows) in rows.into_iter().enumerate() {
                         pairs[begin + k / 2][k % 2].extend(rows.into_iter().map(|x| x as f32));
                     }
                 }
@@ -96,6 +92,21 @@ impl Waves {
         let first = self.first;
         kept.into_iter().map(move |k| (first + k) as f64)
     }
+}
+
+// sin nθ and cos nθ of so many n from the first one on, one after the other; `turn`: sin θ and cos θ.
+fn waves(theta: &[f64], turn: &[(f64, f64)], first: usize, count: usize) -> Vec<Vec<f64>> {
+    let mut wave: Vec<(f64, f64)> = theta.iter().map(|t| (first as f64 * t).sin_cos()).collect();
+    let mut series: Vec<Vec<f64>> = Vec::with_capacity(2 * count);
+    for _ in 0..count {
+        series.push(wave.iter().map(|w| w.0).collect());
+        series.push(wave.iter().map(|w| w.1).collect());
+        // sin (n + 1)θ = sin nθ cos θ + cos nθ sin θ,  cos (n + 1)θ alike
+        for ((s, c), (st, ct)) in wave.iter_mut().zip(turn) {
+            (*s, *c) = (*s * ct + *c * st, *c * ct - *s * st);
+        }
+    }
+    series
 }
 
 // The fewest periods a turn that are tried in a range of positions, rad, and how many are; none in one that is too small.
