@@ -73,12 +73,12 @@ pub(crate) fn refit(
     }
     descent.descend(leader, base.objective - LEAST_DROP);
     let structural_rival = trial.card.rivals.iter().any(|r| r.structural);
-    let falls_short = || descent.best > base.objective - 0.1 * score.drop;
+    let misses_screen = || descent.best > base.objective - 0.1 * score.drop;
     // With many unknowns exact derivatives are dear, and each is pulled a little.
     let few = base.model.unknowns.len() <= MANY;
     let strained = if few { STRAINED } else { STRAINED_EACH * descent.model.unknowns.len() as f64 };
     let is_rival_in_valley =
-        || structural_rival && score.drop > VALLEY && (falls_short() || descent.model.penalty() > strained);
+        || structural_rival && score.drop > VALLEY && (misses_screen() || descent.model.penalty() > strained);
     if descent.falls_short() || is_rival_in_valley() {
         descent.follow_valley(&if few { problem.exact() } else { about });
     }
