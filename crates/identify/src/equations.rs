@@ -3,7 +3,7 @@
 use faer::Mat;
 
 use crate::colour::Whitener;
-use crate::least_squares::{Normal, cross, dot, matrix};
+use crate::least_squares::{Normal, column, cross, dot, matrix};
 use crate::problem::{Candidate, Linearised, Problem, objective};
 
 /// Whitened equations of a linearised model.
@@ -101,9 +101,13 @@ impl Quadratic {
 
     /// What the step gains.
     pub fn promised(&self) -> f64 {
-        // 2 gᵀd − dᵀA d
-        let d = Mat::from_fn(self.step.len(), 1, |i, _| self.step[i]);
-        2.0 * dot(&self.g, &self.step) - (d.transpose() * &self.a * &d)[(0, 0)]
+        self.gain(&self.step)
+    }
+
+    // 2 gᵀd − dᵀA d
+    fn gain(&self, step: &[f64]) -> f64 {
+        let d = column(step);
+        2.0 * dot(&self.g, step) - (d.transpose() * &self.a * &d)[(0, 0)]
     }
 
     /// The same of equations without damping, with nothing stated of some unknowns of their model.
@@ -120,10 +124,8 @@ impl Quadratic {
     ///
     /// ‖r‖² − ‖r − J d‖² = 2 dᵀ(g − Λ(m − x)) − dᵀ(A − Λ) d
     pub fn fall_of_rows(&self, step: &[f64], model: &Candidate) -> f64 {
-        let d = Mat::from_fn(step.len(), 1, |i, _| step[i]);
-        let all = 2.0 * dot(&self.g, step) - (d.transpose() * &self.a * &d)[(0, 0)];
         let stated = priors(model).zip(step).map(|((weight, pull), d)| 2.0 * d * pull - weight * d * d);
-        all - stated.sum::<f64>()
+        self.gain(step) - stated.sum::<f64>()
     }
 
     /// The same with every unknown that would leave its range held where it may go, so that the others do not count on
