@@ -39,8 +39,10 @@ const BEHIND: f64 = 1.5;
 // Share of the objective that a step must gain for all columns to change with it, where they are dear.
 const MUCH: f64 = 0.1;
 const VALLEY_STEPS: usize = 6;
-// A gain that ends a descent.
-const ENOUGH: f64 = 0.05;
+// A gain that ends a descent, and its share of the objective.
+const ENOUGH: [f64; 2] = [0.05, 1e-5];
+// Share of an objective by which sums of its rows may differ.
+const ROUNDING: f64 = 1e-12;
 // A promise that is worth the way along a valley, the share of it below which a descent has not arrived, and the share of the
 // objective that is to be left where derivatives are dear.
 pub(crate) const VALLEY: f64 = 30.0;
@@ -122,10 +124,12 @@ impl<'a> Descent<'a> {
         }
     }
 
-    /// Where the screen promised too much, goes towards absence until the base is beaten.
+    /// Where the screen promised too much, goes towards absence until the base is beaten, or nothing is left of the effect: what
+    /// begins at a threshold, as the limit of a drive does, is absent before it is zero.
     pub fn shrink(&mut self) {
         for _ in 0..SHRINKS {
-            if self.best.is_finite() && self.best < self.base.objective {
+            let is_absent = (self.best - self.base.objective).abs() <= ROUNDING * self.base.objective;
+            if is_absent || self.best < self.base.objective {
                 return;
             }
             for &k in self.own.iter().filter(|&&k| self.new && !self.model.unknowns[k].shape) {
@@ -149,8 +153,10 @@ impl<'a> Descent<'a> {
             if budget.is_whole() {
                 self.promised = [self.best, equations.quadratic.promised()];
             }
+            let enough = ENOUGH[0] + ENOUGH[1] * self.best;
             let hoped = self.best - HOPE * equations.quadratic.promised();
-            if self.structural && dear && (hoped > BEHIND * leader || hoped > ceiling) {
+            let is_behind = self.structural && dear && (hoped > BEHIND * leader || hoped > ceiling);
+            if is_behind || equations.quadratic.promised() < enough {
                 return;
             }
             let before = self.model.p.clone();
@@ -176,7 +182,7 @@ impl<'a> Descent<'a> {
             let gain = self.best - now;
             (self.at.residual, self.white, self.best) = (residual, white, now);
             damping /= 8.0;
-            if gain < ENOUGH + 1e-5 * self.best {
+            if gain < enough {
                 return;
             }
             // Far from the base its columns no longer hold; near the minimum all of them do.
@@ -206,7 +212,7 @@ impl<'a> Descent<'a> {
         for _ in 0..VALLEY_STEPS {
             let at = self.model.linearise(problem);
             let equations = Equations::new(self.whitener, problem, &self.model, &at, 0.0);
-            let Some(equations) = equations.filter(|e| at.is_finite() && e.quadratic.promised() > ENOUGH)
+            let Some(equations) = equations.filter(|e| at.is_finite() && e.quadratic.promised() > ENOUGH[0])
             else {
                 break;
             };

@@ -18,7 +18,7 @@ use crate::probability::{Grounds, likelihood_of_tied};
 use crate::record::Channel;
 use crate::remainder::left_of_channels;
 use crate::report::{Finding, Refusal, Verdict};
-use crate::search::{Accepted as Entry, Search, State};
+use crate::search::{Accepted as Entry, Search, State, Told};
 use crate::slow::passes_for_noise;
 use crate::surrogate::{self, FalseAcceptance, sentence};
 use crate::trial::{How, Trial};
@@ -134,16 +134,16 @@ pub fn diagnose(
         let robot = begun.robot;
         let base = search.base(begun.prepared.base_specs(robot, catalogue))?;
         let sudden = sudden(search, &base);
-        let mut floors = search.floors_told(&base)?;
-        let given = findings_as_given(search.yardstick(), base.torques(), &floors)?;
+        let mut told = search.as_told(&base)?;
+        let given = findings_as_given(search.yardstick(), base.torques(), &told.floors)?;
         let explored = explore(search, base, None)?;
         if !explored.state.accepted.is_empty() {
-            floors = search.floors_told(&explored.state)?;
+            told = search.as_told(&explored.state)?;
         }
-        let views = views_told(search, given, &explored, &floors);
+        let views = views_told(search, given, &explored, &told.floors);
         let scope = scope(robot, &begun.prepared.sensors, runs);
         let scope = format!("{scope}; {}", residual_told(search, begun));
-        let (mut result, is_answered) = report(search, &explored, begun, views, scope)?;
+        let (mut result, is_answered) = report(search, &explored, &told, begun, views, scope)?;
         let left = result.left(search, &explored, sudden.filter(|e| e.is_alone || !is_answered));
         Ok(Worked { names: explored.state.names(), result, is_answered, left })
     })
@@ -162,10 +162,11 @@ pub(crate) fn views_told(
     left.chain(given.into_iter().map(|view| view.said_of("as given"))).collect()
 }
 
-/// The diagnosis of a finished search, and whether all is explained.
+/// The diagnosis of a finished search, and whether all is explained; `told`: its last state.
 pub(crate) fn report(
     search: &Search,
     explored: &Explored,
+    told: &Told,
     begun: &Analysis,
     views: Vec<Finding>,
     scope: String,
@@ -176,7 +177,7 @@ pub(crate) fn report(
     let suspicions = begun.suspicions.iter().cloned();
     let findings = own.chain(pulls(state, &reports)).chain(load_at_tool(search, state));
     let findings = findings.chain(suspicions).chain(views).collect();
-    let channels = channels(search, state);
+    let channels = channels(search, state, told);
     let left = left_of_channels(search.problem.form.layout(), &state.fitted.white);
     let mut verdict = word(&channels, &left, state.accepted.len());
     let of = |entry| Grounds::of(search, explored, &channels, &left, &reports, entry);

@@ -12,8 +12,6 @@ use crate::residual::Layout;
 
 // Widths of the stop operators that give the features a memory, rad.
 const STOPS: [f64; 3] = [0.004, 0.03, 0.2];
-// Values of a feature in the time of a row.
-const HOLDS: usize = 4;
 // Inverse length scales of the features, in standard deviations of their inputs.
 const SCALES: [f64; 4] = [0.7, 1.5, 3.0, 6.0];
 
@@ -28,12 +26,13 @@ pub(crate) fn random_features(records: &[Record], layout: &Layout, count: usize,
         let drawn: Vec<Feature> = (0..count).map(|f| Feature::draw(&mut random, f, standard.len())).collect();
         for segment in layout.of_channel(c) {
             let (record, x) = (&records[segment.record], &inputs[segment.record]);
-            let (speed, hold) = (&record.thetad[channel.dof], (record.scales.every / HOLDS).max(1));
+            let x: Vec<Vec<f64>> = x.iter().map(|series| record.held(series)).collect();
+            let speed = record.held(&record.thetad[channel.dof]);
+            let generic = record.generic(c);
             let jobs = columns.par_chunks_mut(DIRECTIONS).zip(drawn.par_chunks(DIRECTIONS));
             jobs.for_each(|(columns, drawn)| {
-                let series: Vec<Vec<f64>> =
-                    drawn.iter().map(|f| f.along(x, &standard, speed, hold)).collect();
-                for (column, rows) in columns.iter_mut().zip(record.generic_rows(c, &series)) {
+                let series: Vec<Vec<f64>> = drawn.iter().map(|f| f.along(&x, &standard, &speed)).collect();
+                for (column, rows) in columns.iter_mut().zip(generic.rows(&series)) {
                     column[segment.first..segment.first + segment.len].copy_from_slice(&rows);
                 }
             });
@@ -60,16 +59,14 @@ impl Feature {
         Self { picked, phase, signed: number % 2 == 1 }
     }
 
-    // Evaluated in the middle of every `hold` grid steps, and held.
-    fn along(&self, x: &[Vec<f64>], standard: &[(f64, f64)], speed: &[f64], hold: usize) -> Vec<f64> {
-        let at = |first: usize| {
-            let k = (first + hold / 2).min(speed.len() - 1);
+    // Hold by hold.
+    fn along(&self, x: &[Vec<f64>], standard: &[(f64, f64)], speed: &[f64]) -> Vec<f64> {
+        let at = |(k, speed): (usize, &f64)| {
             let argument: f64 =
                 self.picked.iter().map(|&(i, w)| w * (x[i][k] - standard[i].0) / standard[i].1).sum();
-            (argument + self.phase).cos() * if self.signed { (speed[k] / 0.02).tanh() } else { 1.0 }
+            (argument + self.phase).cos() * if self.signed { (speed / 0.02).tanh() } else { 1.0 }
         };
-        let held = (0..speed.len()).step_by(hold).flat_map(|k| std::iter::repeat_n(at(k), hold));
-        held.take(speed.len()).collect()
+        speed.iter().enumerate().map(at).collect()
     }
 }
 

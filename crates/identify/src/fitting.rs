@@ -190,7 +190,7 @@ fn work(
         let options = search.problem.options;
         let base = search.base(prepared.base_specs(robot, catalogue))?;
         let sudden = sudden(search, &base);
-        let floors = search.floors_told(&base)?;
+        let floors = search.as_told(&base)?.floors;
         let unseen_runs = Prepared::with(robot, check, prepared.sensors.clone(), prepared.scales)?;
         let unseen_form = unseen_runs.form(robot);
         let unseen_problem = Problem::new(robot, catalogue, &unseen_form, options);
@@ -206,22 +206,23 @@ fn work(
             None => None,
         };
         let explored = climb(search, base, unseen.as_ref())?;
-        let floors = search.floors_told(&explored.state)?;
+        let told = search.as_told(&explored.state)?;
+        let floors = &told.floors;
         let yardstick = search.yardstick();
         let step = |added: Vec<String>, residual: &[f64], hidden: Option<&Vec<f64>>| StepReport {
             added,
-            rms_error: total(yardstick, residual, &floors),
-            check_rms_error: hidden.map(|r| total(&unseen_search, r, &floors)),
+            rms_error: total(yardstick, residual, floors),
+            check_rms_error: hidden.map(|r| total(&unseen_search, r, floors)),
             noise_floor: 1.0,
-            signals: signals(yardstick, residual, &floors),
-            check_signals: hidden.map(|r| signals(&unseen_search, r, &floors)).unwrap_or_default(),
+            signals: signals(yardstick, residual, floors),
+            check_signals: hidden.map(|r| signals(&unseen_search, r, floors)).unwrap_or_default(),
         };
         let mut steps = vec![step(Vec::new(), &given_residual, given_unseen.as_ref())];
         steps.extend(explored.rungs.iter().map(|r| step(r.added.clone(), &r.residual, r.unseen.as_ref())));
         let scope = scope(robot, &prepared.sensors, runs);
         let scope = format!("{scope}; {}", residual_told(search, begun));
-        let views = views_told(search, given.findings, &explored, &floors);
-        let (mut diagnosis, is_answered) = report(search, &explored, begun, views, scope)?;
+        let views = views_told(search, given.findings, &explored, floors);
+        let (mut diagnosis, is_answered) = report(search, &explored, &told, begun, views, scope)?;
         let left = diagnosis.left(search, &explored, sudden.filter(|e| e.is_alone || !is_answered));
         let unseen = steps.last().and_then(StepReport::unseen_finding);
         diagnosis.findings.splice(0..0, unseen.into_iter().chain(suspicions.iter().cloned()));

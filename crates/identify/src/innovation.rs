@@ -7,6 +7,7 @@
 
 mod commanded;
 mod filter;
+mod held;
 mod kalman;
 mod linearise;
 mod motion;
@@ -32,6 +33,7 @@ use crate::record::{Channel, Record, Reduction, Sensors};
 use crate::residual::{Grid, Layout, LoggedTorques, ResidualForm, Rows, Start, TRANSIENT};
 use crate::scale::Scales;
 use filter::Filters;
+pub(crate) use held::Held;
 use kalman::{GROUP, Kalman};
 use linearise::{Along, INERTIA_EVERY};
 use motion::{Even, Motion};

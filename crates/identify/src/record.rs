@@ -1,5 +1,6 @@
 //! A run made ready: smoothed motor motion and smoothed sensors on one grid.
 
+use std::iter::repeat_n;
 use std::sync::Arc;
 
 use sinew_data::{
@@ -11,7 +12,7 @@ use sinew_model::{Model, Robot};
 
 use crate::IdentifyError;
 use crate::freedom::{Freedom, Links};
-use crate::innovation::Innovations;
+use crate::innovation::{Held, Innovations};
 use crate::scale::Scales;
 use crate::series::Predicted;
 
@@ -49,6 +50,8 @@ impl Channel {
 
 /// Time in which a simulated spring is led to the measured motion of its link, or damped, s.
 pub(crate) const START: f64 = 0.6;
+// Values in the time of a row of a torque that is no physics.
+const HOLDS: usize = 4;
 
 /// How series on the grid become residual rows.
 #[derive(Debug, Clone)]
@@ -396,17 +399,52 @@ impl Record {
         (0..count.min(DIRECTIONS)).map(along).collect()
     }
 
-    /// Rows that several unmodelled things would give a channel.
-    pub fn generic_rows(&self, channel: usize, series: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    /// Grid steps for which a torque that is no physics is held, a few times in a row.
+    pub fn hold(&self) -> usize {
+        let hold = (self.scales.every / HOLDS).max(1);
+        if self.scales.every.is_multiple_of(hold) { hold } else { 1 }
+    }
+
+    /// A series in the middle of each hold.
+    pub fn held<T: Copy>(&self, series: &[T]) -> Vec<T> {
+        let hold = self.hold();
+        let middle = |first: usize| series[(first + hold / 2).min(series.len() - 1)];
+        (0..series.len()).step_by(hold).map(middle).collect()
+    }
+
+    /// What makes rows of a channel of things that no physics tells, hold by hold.
+    pub fn generic(&self, channel: usize) -> Generic<'_> {
         match &self.reduction {
-            Reduction::Innovations(filter) => filter.of_torques(channel, series),
-            _ => series.iter().map(|s| self.rows(s)).collect(),
+            Reduction::Innovations(filter) => Generic::Filtered(filter.of_torques(channel, self.hold())),
+            _ => Generic::Smoothed(self),
         }
     }
 
     /// Grid step of a row's centre.
     pub fn centre(&self, row: usize) -> usize {
         self.scales.kernel + row * self.scales.every
+    }
+}
+
+/// What makes rows of things that no physics tells.
+pub(crate) enum Generic<'r> {
+    /// The filter of a joint by itself; none of a channel that no joint has.
+    Filtered(Option<Held>),
+    /// What makes rows of a series on the grid.
+    Smoothed(&'r Record),
+}
+
+impl Generic<'_> {
+    /// Rows that each of several such things gives.
+    pub fn rows(&self, series: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let record = match self {
+            Self::Filtered(held) => return held.iter().flat_map(|held| held.rows(series)).collect(),
+            Self::Smoothed(record) => record,
+        };
+        let along = |held: &Vec<f64>| -> Vec<f64> {
+            held.iter().flat_map(|x| repeat_n(*x, record.hold())).take(record.len()).collect()
+        };
+        series.iter().map(|held| record.rows(&along(held))).collect()
     }
 }
 

@@ -251,8 +251,11 @@ pub(crate) struct Rows<'a> {
     pub measured: &'a [f64],
 }
 
-// Most parameters whose derivatives are carried along a run together.
-const TOGETHER: usize = 16;
+// Parameters whose derivatives are carried along a run together: the motion is walked and its equations linearised for all of
+// them once, but what each predicts is kept until the end of it.
+const TOGETHER: std::ops::RangeInclusive<usize> = 16..=48;
+// Numbers a channel of which is kept so, where that allows more than the least.
+const KEPT: usize = 480_000;
 
 impl Rows<'_> {
     /// Rows of the prediction.
@@ -324,8 +327,10 @@ impl Rows<'_> {
     pub fn columns(&self, plant: &Plant, p: &[f64], positions: &[usize], springs: Springs) -> Vec<Vec<f64>> {
         let order = by_work(plant, positions);
         let ordered: Vec<usize> = order.iter().map(|&k| positions[k]).collect();
+        let longest = self.smooth.iter().map(Record::len).max().unwrap_or(0);
+        let most = (KEPT / longest.max(1)).clamp(*TOGETHER.start(), *TOGETHER.end());
         // A single run keeps two threads busy, too.
-        let groups = positions.len().div_ceil(TOGETHER).max(if self.records.len() == 1 { 2 } else { 1 });
+        let groups = positions.len().div_ceil(most).max(if self.records.len() == 1 { 2 } else { 1 });
         let together = positions.len().div_ceil(groups).next_multiple_of(DIRECTIONS).max(DIRECTIONS);
         let groups: Vec<&[usize]> = ordered.chunks(together).collect();
         let jobs: Vec<(usize, usize)> =

@@ -25,6 +25,21 @@ use crate::swings::{Swing, swings};
 use crate::trial::{How, Offer, Trial};
 use crate::waves::Waves;
 
+/// A state in the rows in which errors are told.
+pub(crate) struct Told {
+    /// Its reachable floors: as far as what is free and what needs no physics reach.
+    pub floors: Vec<f64>,
+    // None where these are the rows of the search.
+    at: Option<Linearised>,
+}
+
+impl Told {
+    /// Its residual and the derivatives of its prediction.
+    pub fn at<'a>(&'a self, state: &'a State) -> &'a Linearised {
+        self.at.as_ref().unwrap_or(&state.fitted.at)
+    }
+}
+
 /// A model at its fit, with the noise that it leaves.
 pub(crate) struct State {
     pub fitted: Fitted,
@@ -208,15 +223,17 @@ impl<'a> Search<'a> {
         self.with_other_springs(settled?)
     }
 
-    /// The reachable floors about a state, in the rows in which errors are told; about those of another residual, as far
-    /// as what is free and what needs no physics reach.
-    pub fn floors_told(&self, state: &State) -> Result<Vec<f64>, IdentifyError> {
-        let Some(yardstick) = self.yardstick else { return Ok(state.whitener.floors()) };
+    /// A state in the rows in which errors are told: those of another residual, where there is a yardstick.
+    pub fn as_told(&self, state: &State) -> Result<Told, IdentifyError> {
+        let Some(yardstick) = self.yardstick else {
+            return Ok(Told { floors: state.whitener.floors(), at: None });
+        };
         // What it would keep for the next time fills more memory than it saves time.
         let other = yardstick.on(yardstick.problem);
         let model = state.fitted.model.again(other.problem)?;
         let at = model.linearise_told(other.problem, state.torques());
-        Ok(other.noise(&model, &at.residual, &at.slices()).floors())
+        let floors = other.noise(&model, &at.residual, &at.slices()).floors();
+        Ok(Told { floors, at: Some(at) })
     }
 
     /// The noise about a model, from a saturated regression over everything that is offered to it.

@@ -14,6 +14,8 @@ use crate::search::{Accepted, Saturated, Search, State};
 // What each reference of a model is led from.
 pub(crate) const RENEWALS: [Start; 3] = [Start::Kernel, Start::Reference, Start::Reference];
 const ONCE_MORE: [Start; 2] = [Start::Reference; 2];
+// About a motion that is settled for nearly the same values.
+const ONCE: [Start; 1] = [Start::Reference];
 const AS_IT_IS: [Start; 1] = [Start::Same];
 // The base is fitted about the kernel's motion already; without the torque noise that acts, a motion is read in another way.
 const OF_BASE: [Start; 3] = [Start::Reference; 3];
@@ -67,7 +69,7 @@ impl Search<'_> {
     /// The same of a model that a first look at a part of the runs has settled: how torques are logged is known, and that the
     /// joints move without the torque noise, if it was seen.
     pub fn settled_again(&self, mut model: Candidate, at: Linearised) -> Result<State, IdentifyError> {
-        let at = self.led(&mut model, &ONCE_MORE, |_| at, true);
+        let at = self.led(&mut model, &ONCE, |_| at, true);
         let is_told = self.problem.form.reference().is_some_and(|r| r.torques.move_without_noise);
         let at = if is_told { at } else { self.without_noise(&mut model, at)? };
         self.settled(model, at, Vec::new())
@@ -290,14 +292,14 @@ impl Search<'_> {
     }
 
     // The model refined about references of its own until they hold, with its objective; none where there is no
-    // reference. Beyond `starts` it is led on for as long as both the log gets likelier and the objective falls much; one that
-    // leads astray, as where hardly a torque noise is left, is left for that before.
+    // reference. Beyond `starts` it is led on if the first moved the model, then for as long as both the log gets likelier and the
+    // objective falls much; one that leads astray, as where hardly a torque noise is left, is left for that before.
     fn renewed(&self, model: &mut Candidate, starts: &[Start]) -> Option<(Linearised, f64)> {
         let form = self.problem.form;
         form.reference()?;
-        let (mut misfit, mut found, mut gains) = (f64::INFINITY, None, true);
+        let (mut misfit, mut found, mut goes_on) = (f64::INFINITY, None, true);
         for n in 0..MOST_REFERENCES {
-            let Some(from) = starts.get(n).copied().or(gains.then_some(Start::Reference)) else { break };
+            let Some(from) = starts.get(n).copied().or(goes_on.then_some(Start::Reference)) else { break };
             let (last, p) = (form.reference()?, model.p.clone());
             form.renew(&model.plant, &model.p, from);
             // A reference of a long log is large: one that is left behind goes before derivatives are taken.
@@ -315,8 +317,12 @@ impl Search<'_> {
                 return found;
             }
             let falls = misfit < before_that - FALLS;
-            let holds = !falls && before < MOVED * value && self.off(model, &at, &whitener) < HOLDS;
-            gains = falls && found.as_ref().is_some_and(|(_, last)| value < GAINS * last);
+            let is_close = || before < MOVED * value && self.off(model, &at, &whitener) < HOLDS;
+            let holds = !falls && is_close();
+            goes_on = match &found {
+                Some((_, last)) => falls && value < GAINS * last,
+                None => starts == ONCE && !is_close(),
+            };
             found = Some((at, value));
             if holds {
                 break;

@@ -111,8 +111,11 @@ impl<'a> Trials<'a> {
         let mut specs = prepared.base_specs(problem.robot, catalogue);
         specs.extend(friction(problem.robot, prepared, &specs));
         let mut model = Candidate::new(problem, specs)?;
+        if model.plant.elastic().contains(&true) {
+            return Ok(None);
+        }
         let mut at = model.linearise(problem);
-        if model.plant.elastic().iter().any(|&elastic| elastic) || !at.is_finite() {
+        if !at.is_finite() {
             return Ok(None);
         }
         let layout = problem.form.layout();

@@ -5,7 +5,7 @@ use crate::diagnosis::ChannelReport;
 use crate::least_squares::{Normal, cross, dot, matrix};
 use crate::remainder::{Left, predictable};
 use crate::report::Verdict;
-use crate::search::{Search, State};
+use crate::search::{Search, State, Told};
 
 // Share of the remaining variance that may be predictable in a complete model, and in one that is half explained.
 const COMPLETE: f64 = 0.1;
@@ -18,15 +18,15 @@ const FORETOLD: f64 = 0.5;
 // integration and the rounding of the file.
 const EXACT: f64 = 2e-4;
 
-/// The three numbers of every channel for a fitted model.
-pub(crate) fn channels(search: &Search, state: &State) -> Vec<ChannelReport> {
+/// The three numbers of every channel for a fitted model; `told`: its state.
+pub(crate) fn channels(search: &Search, state: &State, told: &Told) -> Vec<ChannelReport> {
     let layout = search.problem.form.layout();
     let model = &search.problem.robot.model;
     let residual = &state.fitted.at.residual;
     let scaled = search_scaled(search, state);
     let records = state.reference.as_ref().map_or(search.records, |reference| reference.records());
     let remainder = predictable(records, layout, &scaled, search.problem.options.seed + 17);
-    let unseen = unseen_errors(search, state);
+    let unseen = unseen_errors(search, state, told);
     layout
         .channels
         .iter()
@@ -76,16 +76,10 @@ fn search_scaled(search: &Search, state: &State) -> Vec<f64> {
 
 // Error of every channel on folds left out, as a share of its standard deviation, in the rows in which errors are told:
 // every fold's residual with the parameters fitted on the other folds, to first order.
-fn unseen_errors(search: &Search, state: &State) -> Vec<f64> {
+fn unseen_errors(search: &Search, state: &State, told: &Told) -> Vec<f64> {
     let yardstick = search.yardstick();
     let layout = yardstick.problem.form.layout();
-    let own;
-    let told = if std::ptr::eq(yardstick, search) {
-        &state.fitted.at
-    } else {
-        own = state.fitted.model.linearise_told(yardstick.problem, state.torques());
-        &own
-    };
+    let told = told.at(state);
     let mut unseen = told.residual.clone();
     for (fold, step) in steps_without(search, state).iter().enumerate() {
         for k in (0..layout.len).filter(|&k| layout.fold[k] == fold) {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::least_squares::dot;
-use crate::record::{Record, Reduction, Sensors};
+use crate::record::{Generic, Record, Reduction, Sensors};
 
 // Periods a turn that the scan tries.
 const MOST_PERIODS: usize = 140;
@@ -46,12 +46,14 @@ impl Waves {
         let differing = if differ { own.len() } else { own.len().min(1) };
         let mut told: Vec<Pairs> = vec![vec![Default::default(); count]; differing];
         for record in records {
-            let turn: Vec<(f64, f64)> = record.theta[dof].iter().map(|t| t.sin_cos()).collect();
+            let theta = record.held(&record.theta[dof]);
+            let turn: Vec<(f64, f64)> = theta.iter().map(|t| t.sin_cos()).collect();
+            let generic: Vec<Generic> =
+                own[..differing].iter().map(|&channel| record.generic(channel)).collect();
             // Rows of some n by channel.
             let rows_of = |begin: usize| -> Vec<Vec<Vec<f64>>> {
-                let series = waves(&record.theta[dof], &turn, first + begin, TOGETHER.min(count - begin));
-                let of_channels = own[..differing].iter();
-                of_channels.map(|&channel| record.generic_rows(channel, &series)).collect()
+                let series = waves(&theta, &turn, first + begin, TOGETHER.min(count - begin));
+                generic.iter().map(|of_channel| of_channel.rows(&series)).collect()
             };
             let begins: Vec<usize> = (0..count).step_by(TOGETHER).collect();
             let parts: Vec<Vec<Vec<Vec<f64>>>> = begins.par_iter().map(|&begin| rows_of(begin)).collect();

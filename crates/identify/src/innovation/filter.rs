@@ -117,78 +117,33 @@ impl Filters {
         out
     }
 
-    /// Rows of one joint that W sets of torques give it, the other joints left out: good enough for what is not physics.
-    pub fn rows_alone<const W: usize>(
+    /// What some samples make of W deviations of one joint and of torques that stay on it, the other joints left out: good
+    /// enough for what is not physics. Adds e/√S of its sensors to the sums.
+    pub fn follow_alone<const W: usize>(
         &self,
         joint: usize,
-        torques: impl Fn(usize) -> Torques<W>,
-    ) -> SensorRows<W> {
-        #[cfg(target_arch = "x86_64")]
-        if W >= EIGHT && wide::eight() {
-            // SAFETY: the machine has the instructions that the function is compiled for.
-            return unsafe { self.run_alone_in_eights(joint, torques) };
-        }
-        #[cfg(target_arch = "x86_64")]
-        if wide::four() {
-            // SAFETY: as above.
-            return unsafe { self.run_alone_in_fours(joint, torques) };
-        }
-        self.run_alone(joint, torques)
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx512f,avx512dq")]
-    fn run_alone_in_eights<const W: usize>(
-        &self,
-        joint: usize,
-        torques: impl Fn(usize) -> Torques<W>,
-    ) -> SensorRows<W> {
-        self.run_alone(joint, torques)
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn run_alone_in_fours<const W: usize>(
-        &self,
-        joint: usize,
-        torques: impl Fn(usize) -> Torques<W>,
-    ) -> SensorRows<W> {
-        self.run_alone(joint, torques)
-    }
-
-    #[inline(always)]
-    fn run_alone<const W: usize>(
-        &self,
-        joint: usize,
-        torques: impl Fn(usize) -> Torques<W>,
-    ) -> SensorRows<W> {
-        let count = self.system.len() / self.every;
-        let mut out: SensorRows<W> = std::array::from_fn(|_| Vec::with_capacity(count));
+        samples: Range<usize>,
+        torques: &Torques<W>,
+        x: &mut [[f64; W]; 4],
+        sums: &mut Readouts<W>,
+    ) {
         let Some((group, gains)) = self.groups.iter().find(|(group, _)| group.contains(&joint)) else {
-            return out;
+            return;
         };
-        let system = &self.system;
-        let before = system.sensor_count(group.start..joint);
+        let before = self.system.sensor_count(group.start..joint);
         let states = gains.states_of_joint();
-        let (own, first) = (&system.joints[joint], states * (joint - group.start));
-        let mut x = [[0.0; W]; 4];
-        let mut sums = [[0.0; W]; SENSORS];
-        let share = 1.0 / (self.every as f64).sqrt();
-        for k in 0..count * self.every {
+        let (own, first) = (&self.system.joints[joint], states * (joint - group.start));
+        for k in samples {
             for ((white, column), sensor) in gains.of_sample(k).skip(before).zip(own.sensors(k)) {
                 let mut e = [0.0; W];
-                take(&mut e, sensor.shown, &x);
+                take(&mut e, sensor.shown, x);
                 add(&mut sums[sensor.which], white, &e);
                 for (x, gain) in x.iter_mut().zip(&column[first..first + states]) {
                     add(x, f64::from(*gain), &e);
                 }
             }
-            x = own.advanced(k, &x, &torques(k));
-            if (k + 1) % self.every == 0 {
-                end_row(&mut out, &mut sums, share);
-            }
+            *x = own.advanced(k, x, torques);
         }
-        out
     }
 
     // e = y − c x̃,  x̃ ← x̃ + K e,  sensor by sensor;  adds e/√S to the sums.
@@ -241,6 +196,7 @@ fn take<const W: usize>(e: &mut [f64; W], shown: Shown, x: &[[f64; W]; 4]) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::held::Held;
     use super::super::kalman::{Input, Kalman};
     use super::super::step::Linear;
     use super::super::system::Readings;
@@ -297,6 +253,27 @@ mod tests {
         let mean = z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64;
         let lag = z.windows(2).map(|z| z[0] * z[1]).sum::<f64>() / z.len() as f64;
         assert!((mean - 1.0).abs() < 0.15 && lag.abs() < 0.1, "{mean} {lag}");
+    }
+
+    #[test]
+    fn a_joint_over_holds_does_what_its_filter_does() {
+        let readings = Readings { motor: 1e-10, gear: Some(0.1), ..Readings::default() };
+        let system = system_of(800, readings);
+        let gains = Kalman { system: &system, group: 0..1, noise: &[1.0] }.gains();
+        let filters = Filters { system, groups: vec![(0..1, gains)], every: 16 };
+        let held: Vec<f64> = (0..200).map(|k| (0.3 * f64::from(k)).sin()).collect();
+        for sensor in [0, 2] {
+            let torques = |k: usize| {
+                let torque = [held[k / 4]];
+                if sensor == 0 { [torque, [0.0]] } else { [[0.0], torque] }
+            };
+            let rows = filters.rows(one_by_one(|_, k| (torques(k), [[0.0]; SENSORS])));
+            let of_holds = Held::new(&filters, 0, sensor, 4).rows(std::slice::from_ref(&held));
+            assert_eq!(of_holds[0].len(), 50);
+            for ([row], of_hold) in rows[0][sensor].iter().zip(&of_holds[0]) {
+                assert!((row - of_hold).abs() < 1e-9 * row.abs().max(1.0), "{row} {of_hold}");
+            }
+        }
     }
 
     #[test]

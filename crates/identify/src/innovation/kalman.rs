@@ -6,8 +6,6 @@
 
 use std::ops::Range;
 
-use sinew_model::wide;
-
 use super::system::{Joint, SENSORS, Shown, System};
 use crate::least_squares::add;
 pub(super) use smoother::Smoothed;
@@ -148,12 +146,12 @@ macro_rules! widest_form {
             }
 
             #[cfg(target_arch = "x86_64")]
-            if wide::eight() {
+            if sinew_model::wide::eight() {
                 // SAFETY: the machine has the instructions that the function is compiled for.
                 return unsafe { eight::<$($size),+>($($argument),+) };
             }
             #[cfg(target_arch = "x86_64")]
-            if wide::four() {
+            if sinew_model::wide::four() {
                 // SAFETY: as above.
                 return unsafe { four::<$($size),+>($($argument),+) };
             }
@@ -161,6 +159,8 @@ macro_rules! widest_form {
         }
     };
 }
+
+pub(super) use widest_form;
 
 mod smoother;
 
@@ -389,32 +389,62 @@ impl<const D: usize> Step<D> {
 }
 
 widest_form! {
-    // P⁻ = Φ P Φᵀ + Q
+    // P⁻ = Φ P Φᵀ + Σ σ² g gᵀ
     fn forward<const D: usize>(step: &Step<D>, p: &Matrix<D>) -> Matrix<D> {
-        let (mut half, mut next) = ([[0.0; D]; D], [[0.0; D]; D]);
-        for (column, p) in step.turned.iter().zip(p) {
-            // A joint moves the links of others, not their motors.
-            for (half, phi) in half.iter_mut().zip(column).filter(|(_, phi)| **phi != 0.0) {
-                add(half, *phi, p);
-            }
-        }
-        for (next, half) in next.iter_mut().zip(&half) {
-            for (half, column) in half.iter().zip(&step.turned) {
-                add(next, *half, column);
-            }
-        }
-        for (g, variance) in step.pushes.iter().zip(step.variance).filter(|(_, variance)| *variance > 0.0) {
-            for (next, of_row) in next.iter_mut().zip(g).filter(|(_, g)| **g != 0.0) {
-                add(next, variance * of_row, g);
-            }
-        }
-        for i in 0..D {
+        let Step { turned, pushes, variance } = step;
+        let mut right = [[0.0; D]; D];
+        sum_products(&[(p, turned)], false, &mut right);
+        let scaled: [[f64; D]; 2 * GROUP] = std::array::from_fn(|m| pushes[m].map(|g| variance[m] * g));
+        let acting = variance.iter().rposition(|variance| *variance > 0.0).map_or(0, |last| last + 1);
+        let mut next = [[0.0; D]; D];
+        sum_products(&[(turned, &right), (&scaled[..acting], &pushes[..acting])], true, &mut next);
+        for i in 1..D {
             for j in 0..i {
-                let mean = 0.5 * (next[i][j] + next[j][i]);
-                (next[i][j], next[j][i]) = (mean, mean);
+                next[i][j] = next[j][i];
             }
         }
         next
+    }
+}
+
+// Σ a bᵀ over pairs of vectors; below the diagonal not everything where only the upper half is asked for.
+#[inline(always)]
+fn sum_products<const D: usize>(terms: &[Pairs<D>], upper: bool, sum: &mut Matrix<D>) {
+    if D.is_multiple_of(8) {
+        sum_in_blocks::<D, 4, 8>(terms, upper, sum);
+    } else if D.is_multiple_of(4) {
+        sum_in_blocks::<D, 4, 4>(terms, upper, sum);
+    } else {
+        sum_in_blocks::<D, 2, 2>(terms, upper, sum);
+    }
+}
+
+// Vectors a and as many b.
+type Pairs<'a, const D: usize> = (&'a [[f64; D]], &'a [[f64; D]]);
+
+// R rows and C columns at a time, which stay in registers.
+#[inline(always)]
+fn sum_in_blocks<const D: usize, const R: usize, const C: usize>(
+    terms: &[Pairs<D>],
+    upper: bool,
+    sum: &mut Matrix<D>,
+) {
+    for row in 0..D / R {
+        let first = if upper { row * R / C } else { 0 };
+        for column in first..D / C {
+            let mut block = [[0.0; C]; R];
+            for (a, b) in terms.iter().flat_map(|(a, b)| a.iter().zip(*b)) {
+                let (a, b) = (&a.as_chunks::<R>().0[row], &b.as_chunks::<C>().0[column]);
+                for r in 0..R {
+                    for c in 0..C {
+                        block[r][c] += a[r] * b[c];
+                    }
+                }
+            }
+            for (sum, block) in sum[row * R..].iter_mut().zip(block) {
+                sum.as_chunks_mut::<C>().0[column] = block;
+            }
+        }
     }
 }
 

@@ -44,6 +44,8 @@ const LINK: [usize; 2] = [2, 3];
 const BOTH: [usize; 2] = [4, 5];
 /// Holds after which the inertia is evaluated anew.
 pub(super) const INERTIA_EVERY: usize = 8;
+// Holds that the walk goes over while those before are linearised.
+const TOGETHER: usize = 512;
 
 /// The model along a record of a reference.
 ///
@@ -58,21 +60,8 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
     let imposed = &freedom.imposed;
     let mut walk = Walk::new(Dynamics::new(plant, p), record, &freedom);
     let mut series = Series::new(channels, nv, record);
-    let constants: Vec<Derivative> = p.iter().map(|&x| Derivative::constant(x)).collect();
-    let mut dual = Dual {
-        dynamics: Dynamics::new(plant, &constants),
-        x: LinkState::zero(plant),
-        acceleration: vec![Derivative::ZERO; nv],
-        relaxations: vec![Relaxation::default(); walk.x.z.len()],
-        out: ImposedOut::new(nv),
-    };
-    dual.seed(imposed);
     let room = |imposed: &bool| (!imposed).then(|| Vec::with_capacity(record.len()));
     let mut links: Vec<Option<Vec<[f64; 3]>>> = joints.iter().map(|&i| room(&imposed[i])).collect();
-    let mut mobility: Vec<Vec<f64>> = Vec::new();
-    let mut linear: Vec<Vec<Linear>> = joints.iter().map(|_| Vec::with_capacity(record.len())).collect();
-    let [mut hold_means, mut drags] =
-        [(); 2].map(|()| joints.iter().map(|_| Vec::with_capacity(record.len())).collect::<Vec<Vec<f64>>>());
     // τ_j at the instants of the walk, by degree of freedom, where springs swing in parts of a step.
     let parts = freedom.parts;
     let mut gears: Vec<Vec<f64>> = vec![Vec::new(); joints.len()];
@@ -80,24 +69,15 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
         let swinging = gears.iter_mut().zip(joints).filter(|(_, i)| parts > 1 && !imposed[**i]);
         swinging.for_each(|(gear, &i)| gear.push(walk.out.tau_j[i]));
     };
-    for k in 0..record.len() {
+    let mut to = |k: usize| {
         walk.torque(k);
         push_gears(&walk);
         series.store(&walk.dynamics, &walk.x, &freedom, &walk.out, &walk.actuation);
         for (link, &i) in links.iter_mut().zip(joints) {
             link.iter_mut().for_each(|l| l.push([walk.x.q[i], walk.x.qd[i], walk.out.qdd[i]]));
         }
-        if k % INERTIA_EVERY == 0 {
-            mobility.push(mobilities(&walk, imposed));
-        }
-        dual.evaluate(&walk, &freedom);
-        for (joint, &i) in joints.iter().enumerate() {
-            let own = mobility.last().map_or(0.0, |m| m[joint * joints.len() + joint]);
-            linear[joint].push(dual.linear(i, imposed[i], own));
-            let h = record.scales.step();
-            hold_means[joint].push(dual.hold_mean(i, imposed[i], parts > 1, walk.out.qdd[i], h));
-            drags[joint].push(dual.out.tau_m[i].derivative[LINK[1]]);
-        }
+        let (acceleration, qdd) = (walk.acceleration.clone(), walk.out.qdd.clone());
+        let instant = Instant { x: walk.x.clone(), acceleration, qdd };
         for part in 0..if k + 1 < record.len() { parts } else { 0 } {
             if part > 0 {
                 walk.accelerations();
@@ -105,7 +85,17 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
             }
             walk.part(k, part);
         }
+        instant
+    };
+    let mut equations = Linearisation::new(plant, p, record, &freedom);
+    // While the walk goes over some holds, those before are linearised.
+    let mut before: Vec<Instant> = Vec::new();
+    for first in (0..record.len()).step_by(TOGETHER) {
+        let walked = || (first..record.len().min(first + TOGETHER)).map(&mut to).collect();
+        (before, ()) = rayon::join(walked, || equations.extend(&before));
     }
+    equations.extend(&before);
+    let Linearisation { mobility, linear, mut hold_means, drags, .. } = equations;
     let acting = series.acting(&walk.dynamics);
     let predicted = series.logged(&walk.dynamics, record.scales.step()).channels;
     for (((means, drags), link), gear) in hold_means.iter_mut().zip(&drags).zip(&links).zip(&gears) {
@@ -148,6 +138,75 @@ fn add_swings(means: &mut [f64], gear: &[f64], parts: usize) {
     }
 }
 
+// Where the walk is in the middle of a hold.
+struct Instant {
+    x: LinkState<f64>,
+    acceleration: Vec<f64>,
+    qdd: Vec<f64>,
+}
+
+// The equations hold by hold, by degree of freedom.
+struct Linearisation<'a> {
+    record: &'a Record,
+    freedom: &'a Freedom,
+    dynamics: Dynamics<'a, f64>,
+    dual: Dual<'a>,
+    // At every so many holds.
+    mobility: Vec<Vec<f64>>,
+    linear: Vec<Vec<Linear>>,
+    hold_means: Vec<Vec<f64>>,
+    // ∂τ_m/∂q̇
+    drags: Vec<Vec<f64>>,
+}
+
+impl<'a> Linearisation<'a> {
+    fn new(plant: &'a Plant, p: &[f64], record: &'a Record, freedom: &'a Freedom) -> Self {
+        let (nv, joints) = (plant.model().nv, plant.joints().len());
+        let constants: Vec<Derivative> = p.iter().map(|&x| Derivative::constant(x)).collect();
+        let mut dual = Dual {
+            dynamics: Dynamics::new(plant, &constants),
+            x: LinkState::zero(plant),
+            acceleration: vec![Derivative::ZERO; nv],
+            relaxations: vec![Relaxation::default(); plant.state_len()],
+            out: ImposedOut::new(nv),
+        };
+        dual.seed(&freedom.imposed);
+        fn rooms<T>(joints: usize, holds: usize) -> Vec<Vec<T>> {
+            (0..joints).map(|_| Vec::with_capacity(holds)).collect()
+        }
+        Self {
+            record,
+            freedom,
+            dynamics: Dynamics::new(plant, p),
+            dual,
+            mobility: Vec::with_capacity(record.len().div_ceil(INERTIA_EVERY)),
+            linear: rooms(joints, record.len()),
+            hold_means: rooms(joints, record.len()),
+            drags: rooms(joints, record.len()),
+        }
+    }
+
+    // By the holds that follow.
+    fn extend(&mut self, instants: &[Instant]) {
+        let (record, freedom) = (self.record, self.freedom);
+        let (imposed, h) = (&freedom.imposed, record.scales.step());
+        let joints = self.dynamics.plant().joints();
+        for instant in instants {
+            if self.linear.first().is_some_and(|holds| holds.len().is_multiple_of(INERTIA_EVERY)) {
+                self.mobility.push(mobilities(&self.dynamics, &instant.x.q, imposed));
+            }
+            self.dual.evaluate(instant, freedom, h * record.scales.every as f64);
+            for (joint, &i) in joints.iter().enumerate() {
+                let own = self.mobility.last().map_or(0.0, |m| m[joint * joints.len() + joint]);
+                self.linear[joint].push(self.dual.linear(i, imposed[i], own));
+                let mean = self.dual.hold_mean(i, imposed[i], freedom.parts > 1, instant.qdd[i], h);
+                self.hold_means[joint].push(mean);
+                self.drags[joint].push(self.dual.out.tau_m[i].derivative[LINK[1]]);
+            }
+        }
+    }
+}
+
 struct Dual<'a> {
     dynamics: Dynamics<'a, Derivative>,
     x: LinkState<Derivative>,
@@ -167,13 +226,14 @@ impl Dual<'_> {
         }
     }
 
-    fn evaluate(&mut self, walk: &Walk<f64>, freedom: &Freedom) {
-        self.x.set_values(&walk.x);
+    // `row`: the time of a row, s.
+    fn evaluate(&mut self, at: &Instant, freedom: &Freedom, row: f64) {
+        self.x.set_values(&at.x);
         self.x.z.iter_mut().for_each(|z| z.derivative = Derivative::ZERO.derivative);
-        self.torques(walk, freedom);
+        self.torques(at, freedom);
         if !self.x.z.is_empty() {
-            self.follow(walk.record.scales.step() * walk.record.scales.every as f64);
-            self.torques(walk, freedom);
+            self.follow(row);
+            self.torques(at, freedom);
         }
     }
 
@@ -191,12 +251,12 @@ impl Dual<'_> {
         }
     }
 
-    fn torques(&mut self, walk: &Walk<f64>, freedom: &Freedom) {
-        for (to, from) in self.acceleration.iter_mut().zip(&walk.acceleration) {
+    fn torques(&mut self, at: &Instant, freedom: &Freedom) {
+        for (to, from) in self.acceleration.iter_mut().zip(&at.acceleration) {
             to.value = *from;
         }
         if freedom.is_free() {
-            for (to, from) in self.out.qdd.iter_mut().zip(&walk.out.qdd) {
+            for (to, from) in self.out.qdd.iter_mut().zip(&at.qdd) {
                 *to = Derivative::constant(*from);
             }
             return self.dynamics.gear_torque(&self.x, &self.acceleration, &mut self.out);
@@ -243,10 +303,9 @@ impl Dual<'_> {
 
 // Inverse of the inertia of the links, with the motors of imposed joints, by rows; of virtual joints only what they give
 // way counts.
-fn mobilities(walk: &Walk<f64>, imposed: &[bool]) -> Vec<f64> {
-    let plant = walk.dynamics.plant();
+fn mobilities(dynamics: &Dynamics<f64>, q: &[f64], imposed: &[bool]) -> Vec<f64> {
+    let (plant, coefficients) = (dynamics.plant(), dynamics.coefficients());
     let nv = imposed.len();
-    let coefficients = walk.dynamics.coefficients();
     let rotor = |i: usize| if imposed[i] { coefficients.rotor[i] } else { 0.0 };
     let armature: Vec<f64> = (0..nv).map(rotor).collect();
     let bodies = Bodies {
@@ -257,7 +316,7 @@ fn mobilities(walk: &Walk<f64>, imposed: &[bool]) -> Vec<f64> {
     };
     let mut mass = vec![0.0; nv * nv];
     let joints = || plant.joints().iter().copied();
-    mass_matrix_with(&bodies, &mut Scratch::new(plant.model()), &walk.x.q, &mut mass);
+    mass_matrix_with(&bodies, &mut Scratch::new(plant.model()), q, &mut mass);
     let Some(normal) = Normal::new(&Mat::from_fn(nv, nv, |i, j| mass[i * nv + j])) else {
         let alone = |i: usize, j: usize| if i == j { 1.0 / mass[i * (nv + 1)].max(1e-9) } else { 0.0 };
         return joints().flat_map(|i| joints().map(move |j| alone(i, j))).collect();

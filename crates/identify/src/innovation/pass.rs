@@ -263,33 +263,34 @@ impl<'a> Pass<'a> {
         let parts: Vec<((Record, Record), Vec<f64>)> = (records, systems, &form.runs, measures, runs)
             .into_par_iter()
             .map(|(mut record, system, even, (motion, means, links, late), run)| {
+                let commanded = commanded.map(|of_runs| &of_runs[run]);
+                let predicted = |record: &Record| {
+                    let freedom = Freedom::of(plant, p, record, Springs::Simulated);
+                    predict(plant, p, record, &form.channels, &freedom)
+                };
                 let gains = |group: &Range<usize>| {
                     let kalman = Kalman { system: &system, group: group.clone(), noise };
                     (group.clone(), kalman.gains())
                 };
-                let groups = groups.par_iter().map(gains).collect();
+                let gains = || groups.par_iter().map(gains).collect();
+                let (groups, before) = rayon::join(gains, || commanded.map(|_| predicted(&record)));
                 let filters = Filters { system, groups, every: even.scales.every };
                 let channels = form.channels.len();
-                let filters = Innovations { filters, joints: form.joints.clone(), channels, late };
-                let mut measured = filters.measured(even, motion, &means);
-                let filters = Arc::new(filters);
-                let mut smooth = even.thinned(motion, &links, &filters, torques);
-                if let Some(commanded) = commanded {
-                    let predicted = |record: &Record| {
-                        let freedom = Freedom::of(plant, p, record, Springs::Simulated);
-                        predict(plant, p, record, &form.channels, &freedom)
-                    };
-                    let before = predicted(&record);
-                    for (joint, more) in form.joints.iter().zip(&commanded[run]) {
-                        record.accelerate(joint.dof, more);
-                        smooth.accelerate(joint.dof, &where_holds_meet(more));
-                    }
-                    let after = predicted(&record);
-                    for ((m, b), a) in
-                        measured.iter_mut().zip(filters.rows(&before)).zip(filters.rows(&after))
-                    {
-                        *m += a - b;
-                    }
+                let filters = Arc::new(Innovations { filters, joints: form.joints.clone(), channels, late });
+                let of_joints = || form.joints.iter().zip(commanded.into_iter().flatten());
+                of_joints().for_each(|(joint, more)| record.accelerate(joint.dof, more));
+                let rows = || {
+                    let smooth = even.thinned(motion, &links, &filters, torques);
+                    let measured = filters.measured(even, motion, &means);
+                    (smooth, measured, before.map(|before| filters.rows(&before)))
+                };
+                let after = || commanded.map(|_| filters.rows(&predicted(&record)));
+                let ((mut smooth, mut measured, before), after) = rayon::join(rows, after);
+                of_joints().for_each(|(joint, more)| smooth.accelerate(joint.dof, &where_holds_meet(more)));
+                for ((m, b), a) in
+                    measured.iter_mut().zip(before.iter().flatten()).zip(after.iter().flatten())
+                {
+                    *m += a - b;
                 }
                 record.links = Some(Arc::new(links));
                 record.reduction = Reduction::Innovations(filters);

@@ -5,6 +5,7 @@ use std::ops::Range;
 use sinew_effect::{DIRECTIONS, Derivative, LANES};
 
 use super::filter::{Filters, Inputs, SensorRows, one_by_one};
+use super::held::Held;
 use super::motion::{Even, Motion, at_sample, holds_around, in_hold, met, met_around};
 use super::system::SENSORS;
 use crate::series::{Predicted, Which};
@@ -120,24 +121,13 @@ impl Innovations {
         rows.into_iter().flatten().map(|[x]| x).collect()
     }
 
-    /// Rows of a channel that each of several torques along the run would give: on the motor in the rows of the motor, on
-    /// the link in those of what is behind the gear.
-    pub fn of_torques(&self, channel: usize, series: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    /// What makes rows of a channel of torques that are held for so many samples: on the motor those of the motor, on the link
+    /// those of what is behind the gear; none of a channel that no joint has.
+    pub fn of_torques(&self, channel: usize, hold: usize) -> Option<Held> {
         let which = |j: &JointChannels| j.by_sensor().iter().position(|c| *c == Some(channel));
-        let found = self.joints.iter().enumerate().find_map(|(joint, j)| Some((joint, which(j)?)));
-        let Some((joint, which)) = found else { return vec![Vec::new(); series.len()] };
-        let of_motor = which == 0;
-        let mut out = Vec::with_capacity(series.len());
-        for part in series.chunks(DIRECTIONS) {
-            let torques = |k: usize| {
-                let sets = std::array::from_fn(|w| part.get(w).map_or(0.0, |s| s[k]));
-                if of_motor { [sets, [0.0; DIRECTIONS]] } else { [[0.0; DIRECTIONS], sets] }
-            };
-            let rows: SensorRows<DIRECTIONS> = self.filters.rows_alone(joint, torques);
-            let rows = &rows[which];
-            out.extend((0..part.len()).map(|w| rows.iter().map(|row| row[w]).collect()));
-        }
-        out
+        let (joint, sensor) =
+            self.joints.iter().enumerate().find_map(|(joint, j)| Some((joint, which(j)?)))?;
+        Some(Held::new(&self.filters, joint, sensor, hold))
     }
 
     fn by_channel<const W: usize>(&self, rows: Vec<SensorRows<W>>) -> Vec<Vec<[f64; W]>> {
