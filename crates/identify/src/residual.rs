@@ -251,10 +251,10 @@ pub(crate) struct Rows<'a> {
     pub measured: &'a [f64],
 }
 
-// Parameters whose derivatives are carried along a run together: the motion is walked and its equations linearised for all of
-// them once, but what each predicts is kept until the end of it.
-const TOGETHER: std::ops::RangeInclusive<usize> = 16..=48;
-// Numbers a channel of which is kept so, where that allows more than the least.
+// Fewest and most parameters whose derivatives are carried along a run together: the motion is walked and its equations
+// linearised for all of them once, but what each predicts is kept until the end of it.
+const TOGETHER: (usize, usize) = (16, 48);
+// Numbers that all of them together may keep of a channel, where that is more than the fewest need.
 const KEPT: usize = 480_000;
 
 impl Rows<'_> {
@@ -328,7 +328,7 @@ impl Rows<'_> {
         let order = by_work(plant, positions);
         let ordered: Vec<usize> = order.iter().map(|&k| positions[k]).collect();
         let longest = self.smooth.iter().map(Record::len).max().unwrap_or(0);
-        let most = (KEPT / longest.max(1)).clamp(*TOGETHER.start(), *TOGETHER.end());
+        let most = (KEPT / longest.max(1)).clamp(TOGETHER.0, TOGETHER.1);
         // A single run keeps two threads busy, too.
         let groups = positions.len().div_ceil(most).max(if self.records.len() == 1 { 2 } else { 1 });
         let together = positions.len().div_ceil(groups).next_multiple_of(DIRECTIONS).max(DIRECTIONS);

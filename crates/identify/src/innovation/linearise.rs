@@ -69,7 +69,7 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
         let swinging = gears.iter_mut().zip(joints).filter(|(_, i)| parts > 1 && !imposed[**i]);
         swinging.for_each(|(gear, &i)| gear.push(walk.out.tau_j[i]));
     };
-    let mut to = |k: usize| {
+    let mut walk_on = |k: usize| {
         walk.torque(k);
         push_gears(&walk);
         series.store(&walk.dynamics, &walk.x, &freedom, &walk.out, &walk.actuation);
@@ -91,7 +91,7 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
     // While the walk goes over some holds, those before are linearised.
     let mut before: Vec<Instant> = Vec::new();
     for first in (0..record.len()).step_by(TOGETHER) {
-        let walked = || (first..record.len().min(first + TOGETHER)).map(&mut to).collect();
+        let walked = || (first..record.len().min(first + TOGETHER)).map(&mut walk_on).collect();
         (before, ()) = rayon::join(walked, || equations.extend(&before));
     }
     equations.extend(&before);
