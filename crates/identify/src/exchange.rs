@@ -18,6 +18,7 @@ use crate::gates::z_between;
 use crate::innovation::Reference;
 use crate::problem::{Candidate, Problem, refine};
 use crate::refit::{Fitted, Refit};
+use crate::residual::Layout;
 use crate::search::{Accepted, Search, State, TIE_CHI, TIE_Z};
 use crate::settle::Led;
 use crate::trial::{How, Trial};
@@ -274,13 +275,15 @@ fn extended(problem: &Problem, model: &Candidate, spec: &EffectSpec) -> Result<C
     Ok(extended)
 }
 
-/// The candidates that passed beside one of a round and explain a good part of what it does in the same channel, best first.
-pub(crate) fn others(passed: &[Refit], one: &Refit) -> Vec<Other> {
+/// The candidates that passed beside one of a round and explain a good part of what it does in the same joint, best first.
+pub(crate) fn others(layout: &Layout, passed: &[Refit], one: &Refit) -> Vec<Other> {
+    // Torque and position of a joint tell of the same effect: which of them tells more is often chance.
+    let joint = |r: &Refit| layout.channels[r.evidence.channel].dof;
     let explains = |r: &Refit| r.evidence.data + r.evidence.tension;
     let is_near = |r: &&Refit| {
         r.trial.label() != one.trial.label()
             && matches!(r.trial.how, How::New { .. })
-            && r.evidence.channel == one.evidence.channel
+            && joint(r) == joint(one)
             && explains(r) > GOOD_PART * explains(one)
     };
     let of = |r: &Refit| {

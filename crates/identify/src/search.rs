@@ -387,7 +387,9 @@ impl<'a> Search<'a> {
     /// with friction missing in every joint needs one step, not one for each.
     pub fn accept(&self, state: &State, round: Round) -> Result<Option<State>, IdentifyError> {
         let Some((chosen, rivals)) = self.choose(&round) else { return Ok(None) };
-        let mut beside: Vec<Vec<Other>> = round.passed.iter().map(|one| others(&round.passed, one)).collect();
+        let layout = self.problem.form.layout();
+        let mut beside: Vec<Vec<Other>> =
+            round.passed.iter().map(|one| others(layout, &round.passed, one)).collect();
         let mut passed: Vec<Option<Refit>> = round.passed.into_iter().map(Some).collect();
         let Some(first) = passed[chosen].take() else { return Ok(None) };
         let mut companions: Vec<(Refit, Vec<Other>)> = Vec::new();
