@@ -238,10 +238,14 @@ impl Search<'_> {
             Some(first) => {
                 // Under the noise that a bent model leaves, the valleys are wide.
                 let wide = self.noise(model, &first.0.residual, &first.0.slices());
+                let white = |at: &Linearised| wide.apply(self.problem.form.layout(), &at.residual);
+                let (here, value) = (white(&first.0), first.1);
                 self.lower(model, first, |model| {
                     let at = model.linearise(self.problem);
-                    refine(self.problem, model, &wide, at, 10);
-                    self.renewed(model, &RENEWALS)
+                    let at = refine(self.problem, model, &wide, at, 10);
+                    // The way from the stated values ends in the same valley.
+                    let is_same = distance(&here, &white(&at)) < HOLDS + HOLDS_SHARE * value;
+                    if is_same { None } else { self.renewed(model, &RENEWALS) }
                 })
             }
         }
