@@ -29,7 +29,8 @@ const ASTRAY: f64 = 2.0;
 // chance.
 const HOLDS: f64 = 10.0;
 pub(crate) const FALLS: f64 = 10.0;
-// The share of the objective by which they may differ besides where derivatives are taken about the reference.
+// The share of the objective by which rows may differ besides: where derivatives are taken about the reference, and of two ways
+// that end in one valley.
 const HOLDS_SHARE: f64 = 0.01;
 // Most times that a model is led halfway back to what is stated.
 const RETREATS: usize = 4;
@@ -244,7 +245,7 @@ impl Search<'_> {
                     let at = model.linearise(self.problem);
                     let at = refine(self.problem, model, &wide, at, 10);
                     // The way from the stated values ends in the same valley.
-                    let is_same = distance(&here, &white(&at)) < HOLDS + HOLDS_SHARE * value;
+                    let is_same = distance(&here, &white(&at)) < alike(value);
                     if is_same { None } else { self.renewed(model, &RENEWALS) }
                 })
             }
@@ -430,7 +431,7 @@ impl Search<'_> {
         self.bring_back(&mut model, &mut at);
         if problem.is_rough() {
             let (whitener, value) = self.alone(&model, &at);
-            if self.off(&model, &at, &whitener) > HOLDS + HOLDS_SHARE * value {
+            if self.off(&model, &at, &whitener) > alike(value) {
                 problem = problem.exact();
                 at = model.linearise(&problem);
                 at = refine(&problem, &mut model, &whitener, at, 6);
@@ -443,6 +444,11 @@ impl Search<'_> {
         let scores = OnceLock::new();
         Ok(State { fitted, whitener, accepted, trials, columns, scores, reference, slopes })
     }
+}
+
+// The squared length by which rows that leave this objective may differ.
+fn alike(value: f64) -> f64 {
+    HOLDS + HOLDS_SHARE * value
 }
 
 #[cfg(test)]
