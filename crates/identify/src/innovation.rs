@@ -52,6 +52,10 @@ pub(crate) struct Reference {
     measured: Vec<f64>,
     /// Standard deviation of the torque noise of every joint that moves, N·m.
     pub torque_noise: Vec<f64>,
+    // The same as it was read in the noisiest run.
+    read_noise: Vec<f64>,
+    // The mean square of the innovations of every joint that moves, in units of what is expected of them.
+    squares: Vec<f64>,
     /// −2 log likelihood of what each joint that moves shows beyond what is known of the others, by the model that the
     /// reference was taken from.
     pub misfit_by_joint: Vec<f64>,
@@ -80,6 +84,10 @@ pub(crate) struct Innovation {
 const ROUNDS: usize = 8;
 const SETTLED_NOISE: f64 = 0.15;
 const SETTLED_MISFIT: f64 = 10.0;
+// Times the noise that was read within which torque noise is no more than that, and the mean square of innovations that is no
+// more than expected.
+const AS_READ: f64 = 1.3;
+const AS_EXPECTED: f64 = 1.02;
 // Standard deviations of a velocity from rest within which it may be rest.
 const UNSURE: f64 = 6.0;
 
@@ -141,22 +149,20 @@ impl Innovation {
         self
     }
 
-    /// Begins with the kernel's motion of every run, torques taken so, and torque noise that is known.
-    pub fn begin_known(&self, torques: LoggedTorques, torque_noise: &[f64]) {
-        let (motions, torque_noise) = (self.smooth.clone(), torque_noise.to_vec());
-        self.adopt(&Arc::new(Reference { torques, motions, torque_noise, ..Reference::default() }));
-    }
-
     /// The present reference.
     pub fn present(&self) -> Arc<Reference> {
         Arc::clone(&self.reference.read().unwrap_or_else(PoisonError::into_inner))
     }
 
-    // Torque noise of every joint, at most as it was read in the noisiest run: what a model leaves besides makes no velocity
-    // unsure.
-    fn own_noise(&self, noise: &[f64]) -> Vec<f64> {
+    // Torque noise of every joint as it was read in the noisiest run.
+    fn read_noise(&self) -> impl Iterator<Item = f64> {
         let read = |channel: usize| self.runs.iter().map(|run| run.noise[channel]).fold(0.0, f64::max);
-        self.joints.iter().zip(noise).map(|(joint, n)| n.min(read(joint.torque))).collect()
+        self.joints.iter().map(move |joint| read(joint.torque))
+    }
+
+    // Torque noise of every joint, at most as it was read: what a model leaves besides makes no velocity unsure.
+    fn own_noise(&self, noise: &[f64]) -> Vec<f64> {
+        self.read_noise().zip(noise).map(|(read, n)| n.min(read)).collect()
     }
 
     // Joints whose covariance is carried along together: all that may be, since the torque noise of one moves the others. Of
@@ -213,6 +219,8 @@ impl Innovation {
             smooth,
             measured,
             torque_noise: noise,
+            read_noise: self.read_noise().collect(),
+            squares: misfits.squares(),
             misfit_by_joint: misfits.by_joint(),
             torques,
             noise_matters,
@@ -272,6 +280,20 @@ impl Reference {
         self.misfit_by_joint.iter().sum()
     }
 
+    /// True if a model leaves no more than the noise that was read of torques, and sensors show no more beyond its filter than they
+    /// should.
+    pub fn leaves_noise(&self) -> bool {
+        let is_as_read = |(left, read): (&f64, &f64)| *left < AS_READ * read;
+        self.torque_noise.iter().zip(&self.read_noise).all(is_as_read)
+            && self.squares.iter().all(|square| *square < AS_EXPECTED)
+    }
+
+    /// Torque noise of every joint as it was read, at most what a model leaves; where none was read, what it leaves.
+    pub fn noise_as_read(&self) -> Vec<f64> {
+        let of = |(left, read): (&f64, &f64)| if *read > 0.0 { left.min(*read) } else { *left };
+        self.torque_noise.iter().zip(&self.read_noise).map(of).collect()
+    }
+
     /// The same without what makes rows, most of its memory; none if it cannot be made again.
     pub fn lightened(&self) -> Option<Self> {
         self.made_again_by.as_ref()?;
@@ -280,6 +302,8 @@ impl Reference {
             smooth: Vec::new(),
             measured: Vec::new(),
             torque_noise: self.torque_noise.clone(),
+            read_noise: self.read_noise.clone(),
+            squares: self.squares.clone(),
             misfit_by_joint: self.misfit_by_joint.clone(),
             torques: self.torques,
             noise_matters: self.noise_matters,
@@ -340,6 +364,10 @@ impl ResidualForm for Innovation {
         let mut records = now.records.clone();
         records.iter_mut().for_each(|record| record.scales.early += early);
         Rows { records: &records, ..self.rows(&now) }.residual(plant, p)
+    }
+    fn begin_known(&self, torques: LoggedTorques, torque_noise: &[f64]) {
+        let (motions, torque_noise) = (self.smooth.clone(), torque_noise.to_vec());
+        self.adopt(&Arc::new(Reference { torques, motions, torque_noise, ..Reference::default() }));
     }
     fn begin_anew(&self, torques: LoggedTorques) {
         let now = self.present();

@@ -56,6 +56,11 @@ impl Led {
     pub fn is_finite(&self) -> bool {
         self.misfit().is_finite() && self.at.is_finite()
     }
+
+    // True if its reference tells of no more than noise.
+    fn leaves_noise(&self) -> bool {
+        self.is_finite() && self.reference.as_ref().is_some_and(|reference| reference.leaves_noise())
+    }
 }
 
 impl Search<'_> {
@@ -90,11 +95,22 @@ impl Search<'_> {
     /// A model led about a reference that it gives; where there is none, from where `descend` leads it.
     pub fn led_anew(
         &self,
+        model: Candidate,
+        descend: impl FnOnce(&mut Candidate) -> Linearised,
+        is_base: bool,
+    ) -> Result<Led, IdentifyError> {
+        self.led_from(&RENEWALS, model, descend, is_base)
+    }
+
+    // The same from each of `starts`.
+    fn led_from(
+        &self,
+        starts: &[Start],
         mut model: Candidate,
         descend: impl FnOnce(&mut Candidate) -> Linearised,
         is_base: bool,
     ) -> Result<Led, IdentifyError> {
-        let mut at = self.led(&mut model, &RENEWALS, descend, is_base);
+        let mut at = self.led(&mut model, starts, descend, is_base);
         if !is_base {
             at = self.with_torques_of_moments(&mut model, at)?;
         }
@@ -112,9 +128,11 @@ impl Search<'_> {
         self.settled(led.model, led.at, accepted)
     }
 
-    /// [`Search::settled_anew`] of a model with more effects than that of `before`. If the log is less likely for it than it was,
-    /// about a reference that is led from where that of `before` is, too; if its own noise still makes it so, about that motion as
-    /// it is, since friction that holds a light link bends within less than a smoother's correction: the likeliest of these.
+    /// [`Search::settled_anew`] of a model with more effects than that of `before`: about a reference that is led from where that of
+    /// `before` is. Friction turns about where the motion does, and a motion that was smoothed without it may keep it from turning
+    /// there: as long as the model leaves more than noise, about one that is led from the kernel's motion with the noise that was
+    /// read, and from the same with a noise of which nothing is known. If the log is less likely than it was, about the motion as it
+    /// is, since friction that holds a light link bends within less than a smoother's correction. The likeliest of these.
     pub fn settled_after(
         &self,
         before: &State,
@@ -123,25 +141,27 @@ impl Search<'_> {
     ) -> Result<State, IdentifyError> {
         let form = self.problem.form;
         let descend = |model: &mut Candidate| self.descended(model, &before.whitener);
-        let first = self.led_anew(model.again(self.problem)?, descend, false)?;
-        let Some(reference) = &before.reference else { return self.settled_led(first, accepted) };
-        let with_fall = |led: Led| {
+        let Some(reference) = &before.reference else { return self.settled_anew(model, descend, accepted) };
+        let led = |starts: &[Start]| -> Result<(Led, f64), IdentifyError> {
+            let led = self.led_from(starts, model.again(self.problem)?, descend, false)?;
             let fall = self.fall_of_misfit(before, &led.model, led.reference.as_ref());
-            (led, fall.unwrap_or(f64::NEG_INFINITY))
+            Ok((led, fall.filter(|fall| !fall.is_nan()).unwrap_or(f64::NEG_INFINITY)))
         };
-        let about = |starts: &[Start], likeliest: (Led, f64)| -> Result<(Led, f64), IdentifyError> {
+        let about = |starts: &[Start]| {
             form.adopt(reference);
-            let mut model = model.again(self.problem)?;
-            let at = self.led(&mut model, starts, descend, false);
-            let next = with_fall(self.present(model, at));
-            Ok(if next.1 > likeliest.1 { next } else { likeliest })
+            led(starts)
         };
-        let mut likeliest = with_fall(first);
-        if likeliest.1 < 0.0 {
-            likeliest = about(&ONCE_MORE, likeliest)?;
+        let likelier = |a: (Led, f64), b: (Led, f64)| if b.1 > a.1 { b } else { a };
+        let mut likeliest = about(&ONCE_MORE)?;
+        if !likeliest.0.leaves_noise() {
+            form.begin_known(reference.torques, &reference.noise_as_read());
+            likeliest = likelier(likeliest, led(&ONCE)?);
+        }
+        if !likeliest.0.leaves_noise() {
+            likeliest = likelier(likeliest, about(&RENEWALS)?);
         }
         if likeliest.0.misfit() > before.misfit() {
-            likeliest = about(&AS_IT_IS, likeliest)?;
+            likeliest = likelier(likeliest, about(&AS_IT_IS)?);
         }
         self.settled_led(likeliest.0, accepted)
     }

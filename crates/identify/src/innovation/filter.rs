@@ -286,7 +286,7 @@ mod tests {
             kalman.misfit(
                 8000,
                 |_, k| shown([read[k], 0.0, 0.0]),
-                |_, k, x| sum += if k > 500 { x } else { 0.0 },
+                |_, k, x| sum += if k > 500 { x.misfit } else { 0.0 },
             );
             sum
         };
@@ -303,8 +303,8 @@ mod tests {
         let smoothed = |system: &System, input: &(dyn Fn(usize) -> [f64; 3] + Sync)| {
             let kalman = Kalman { system, group: 0..1, noise: &[1.0] };
             let [mut misfit, mut told] = [0.0; 2];
-            kalman.misfit(2000, |_, k| shown(input(k)), |_, _, x| misfit += x);
-            let smoothed = kalman.smoothed(false, |_, k| shown(input(k)), |_, _, x| told += x);
+            kalman.misfit(2000, |_, k| shown(input(k)), |_, _, x| misfit += x.misfit);
+            let smoothed = kalman.smoothed(false, |_, k| shown(input(k)), |_, _, x| told += x.misfit);
             assert_eq!(misfit, told);
             (smoothed, misfit)
         };

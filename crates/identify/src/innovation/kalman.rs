@@ -94,6 +94,15 @@ const LINK_SHARE: f64 = 0.04;
 // Both while a link that no sensor shows is led to where it may have started: no torque is known there.
 const LED: [f64; 2] = [30.0, 30.0];
 
+/// What one reading adds to the likelihood of a log.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Told {
+    /// −2 log likelihood.
+    pub misfit: f64,
+    /// The square of its innovation in units of what is expected; one on the average, if model and noise are right.
+    pub square: f64,
+}
+
 /// The Kalman filter of a group of joints about their reference.
 pub(super) struct Kalman<'a> {
     pub system: &'a System,
@@ -223,7 +232,7 @@ impl Kalman<'_> {
         &self,
         samples: usize,
         input: impl Fn(usize, usize) -> Input,
-        mut told: impl FnMut(usize, usize, f64),
+        mut told: impl FnMut(usize, usize, Told),
     ) {
         by_size!(self, misfit_of(samples, &input, &mut told))
     }
@@ -232,9 +241,9 @@ impl Kalman<'_> {
         &self,
         samples: usize,
         input: &impl Fn(usize, usize) -> Input,
-        told: &mut impl FnMut(usize, usize, f64),
+        told: &mut impl FnMut(usize, usize, Told),
     ) {
-        let tell = |k, one: Read<D>| told(self.group.start + one.joint, k, one.misfit());
+        let tell = |k, one: Read<D>| told(self.group.start + one.joint, k, one.told());
         let samples = 0..samples.min(self.system.len());
         self.over::<D, S>(samples, &mut self.begin::<D, S>(), input, tell, |_| {});
     }
@@ -245,7 +254,7 @@ impl Kalman<'_> {
         &self,
         with_speed_noise: bool,
         input: impl Fn(usize, usize) -> Input + Sync,
-        mut told: impl FnMut(usize, usize, f64),
+        mut told: impl FnMut(usize, usize, Told),
     ) -> Vec<Vec<Smoothed>> {
         by_size!(self, smoothed_of(with_speed_noise, &input, &mut told))
     }
@@ -362,9 +371,10 @@ struct Read<const D: usize> {
 }
 
 impl<const D: usize> Read<D> {
-    // −2 log likelihood of what it reads.
-    fn misfit(&self) -> f64 {
-        (self.e * self.gain.white).powi(2) - 2.0 * self.gain.white.ln()
+    // (e/√S)² + ln S
+    fn told(&self) -> Told {
+        let square = (self.e * self.gain.white).powi(2);
+        Told { misfit: square - 2.0 * self.gain.white.ln(), square }
     }
 }
 

@@ -73,10 +73,10 @@ impl<'a> Likelihood<'a> {
         let kalman = Kalman { system, group: self.group.clone(), noise };
         let input = |joint, k| pass.input(run, joint, k);
         let mut blocks = vec![Blocks::default(); pass.form.joints.len()];
-        kalman.misfit(settled + self.used(), input, |joint, k, value| {
+        kalman.misfit(settled + self.used(), input, |joint, k, told| {
             let speed = record.thetad[pass.form.joints[joint].dof][k];
             if k >= settled && speed.abs() > self.moving[run][joint] && !record.leaves_out(record.time[k]) {
-                blocks[joint].add(k / of_block, value);
+                blocks[joint].add(k / of_block, told.misfit);
             }
         });
         blocks

@@ -9,7 +9,7 @@ use sinew_plant::Plant;
 
 use super::Innovation;
 use super::filter::Filters;
-use super::kalman::{Input, Kalman, Smoothed};
+use super::kalman::{Input, Kalman, Smoothed, Told};
 use super::linearise::{Along, along};
 use super::motion::{Even, Motion, where_holds_meet};
 use super::rows::{Innovations, JointChannels, deviation_readings, read_late};
@@ -25,17 +25,40 @@ use crate::series::{balanced, delivered, driven};
 const TRIES: usize = 3;
 const WORSE: f64 = 0.01;
 
+// What the readings of a joint add up to.
+#[derive(Debug, Clone, Copy, Default)]
+struct Tally {
+    misfit: f64,
+    square: f64,
+    readings: f64,
+}
+
 /// −2 log likelihood by run and joint.
-pub(super) struct Misfits(Vec<Vec<f64>>);
+pub(super) struct Misfits(Vec<Vec<Tally>>);
 
 impl Misfits {
     fn by_run(&self) -> impl Iterator<Item = f64> {
-        self.0.iter().map(|of_joints| of_joints.iter().sum())
+        self.0.iter().map(|of_joints| of_joints.iter().map(|tally| tally.misfit).sum())
+    }
+
+    fn joints(&self) -> Range<usize> {
+        0..self.0.first().map_or(0, Vec::len)
+    }
+
+    fn sum_of(&self, joint: usize, of: impl Fn(&Tally) -> f64) -> f64 {
+        self.0.iter().map(|of_joints| of(&of_joints[joint])).sum()
     }
 
     pub fn by_joint(&self) -> Vec<f64> {
-        let joints = self.0.first().map_or(0, Vec::len);
-        (0..joints).map(|joint| self.0.iter().map(|of_joints| of_joints[joint]).sum()).collect()
+        self.joints().map(|joint| self.sum_of(joint, |tally| tally.misfit)).collect()
+    }
+
+    /// The mean square of the innovations of every joint in units of what is expected of them.
+    pub fn squares(&self) -> Vec<f64> {
+        let mean = |joint| {
+            self.sum_of(joint, |tally| tally.square) / self.sum_of(joint, |tally| tally.readings).max(1.0)
+        };
+        self.joints().map(mean).collect()
     }
 
     pub fn sum(&self) -> f64 {
@@ -131,7 +154,7 @@ impl<'a> Pass<'a> {
         });
         let (smoothed, misfits): (Vec<Vec<_>>, Vec<Vec<_>>) =
             smoothed.into_iter().map(|groups| groups.into_iter().unzip()).unzip();
-        let misfits = misfits.iter().map(|groups: &Vec<Vec<f64>>| groups.concat()).collect();
+        let misfits = misfits.iter().map(|groups: &Vec<Vec<Tally>>| groups.concat()).collect();
         let runs = motions.iter_mut().zip(smoothed).zip(&self.systems).zip(&self.form.smooth);
         for (((motion, groups), system), kernel) in runs {
             let of_joints = self.form.joints.iter().zip(&shares).zip(groups.into_iter().flatten());
@@ -158,18 +181,25 @@ impl<'a> Pass<'a> {
         &self,
         kalman: &Kalman,
         run: usize,
-        work: impl FnOnce(&mut dyn FnMut(usize, usize, f64)) -> T,
-    ) -> (T, Vec<f64>) {
-        let (first, mut misfits) = (kalman.group.start, vec![0.0; kalman.group.len()]);
-        let found = work(&mut |joint, k, value| misfits[joint - first] += self.counted(run, k, value));
-        (found, misfits)
+        work: impl FnOnce(&mut dyn FnMut(usize, usize, Told)) -> T,
+    ) -> (T, Vec<Tally>) {
+        let (first, mut tallies) = (kalman.group.start, vec![Tally::default(); kalman.group.len()]);
+        let found = work(&mut |joint, k, told: Told| {
+            if self.counts(run, k) {
+                let tally = &mut tallies[joint - first];
+                tally.misfit += told.misfit;
+                tally.square += told.square;
+                tally.readings += 1.0;
+            }
+        });
+        (found, tallies)
     }
 
-    // What a sample adds to the likelihood of a run.
-    fn counted(&self, run: usize, k: usize, value: f64) -> f64 {
+    // True if a sample adds to the likelihood of a run.
+    fn counts(&self, run: usize, k: usize) -> bool {
         let record = &self.records[run];
         let is_left_out = || record.time.get(k).is_some_and(|time| record.leaves_out(*time));
-        if k < self.systems[run].led || is_left_out() { 0.0 } else { value }
+        k >= self.systems[run].led && !is_left_out()
     }
 
     /// The pass along the motions asked for, its −2 log likelihood, and by how much that falls from what it was `before`.

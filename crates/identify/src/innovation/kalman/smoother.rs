@@ -13,7 +13,7 @@
 
 use std::ops::Range;
 
-use super::{Input, Kalman, Known, Matrix, Read, Shown, Step, add, forward};
+use super::{Input, Kalman, Known, Matrix, Read, Shown, Step, Told, add, forward};
 use crate::innovation::step::State;
 
 /// The deviation of a joint in a sample.
@@ -46,7 +46,7 @@ impl Kalman<'_> {
         &self,
         with_speed_noise: bool,
         input: &(impl Fn(usize, usize) -> Input + Sync),
-        told: &mut impl FnMut(usize, usize, f64),
+        told: &mut impl FnMut(usize, usize, Told),
     ) -> Vec<Vec<Smoothed>> {
         let n = self.system.len();
         // What is known where each stretch begins.
@@ -54,7 +54,7 @@ impl Kalman<'_> {
         let mut known = self.begin::<D, S>();
         for stretch in 0..n.div_ceil(STRETCH) {
             begun.push(known);
-            let tell = |k, one: Read<D>| told(self.group.start + one.joint, k, one.misfit());
+            let tell = |k, one: Read<D>| told(self.group.start + one.joint, k, one.told());
             self.over::<D, S>(self.stretch(stretch), &mut known, input, tell, |_| {});
         }
         let seen = |stretch: usize| self.seen::<D, S>(stretch, begun[stretch], input);
