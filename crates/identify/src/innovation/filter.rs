@@ -280,18 +280,26 @@ mod tests {
     fn the_likelihood_is_greatest_at_the_true_noise() {
         let system = system(8000);
         let (read, _) = readings(&system);
-        let misfit = |noise: f64| {
+        // −2 log likelihood, and the mean square of the innovations.
+        let told = |noise: f64| {
             let kalman = Kalman { system: &system, group: 0..1, noise: &[noise] };
-            let mut sum = 0.0;
+            let [mut misfit, mut square, mut count] = [0.0; 3];
             kalman.misfit(
                 8000,
                 |_, k| shown([read[k], 0.0, 0.0]),
-                |_, k, x| sum += if k > 500 { x.misfit } else { 0.0 },
+                |_, k, told| {
+                    let counts = f64::from(u8::from(k > 500));
+                    misfit += counts * told.misfit;
+                    square += counts * told.square;
+                    count += counts;
+                },
             );
-            sum
+            [misfit, square / count]
         };
-        let at = misfit(1.0);
-        assert!(misfit(0.6) > at + 10.0 && misfit(1.7) > at + 10.0);
+        let [[at, square], [less, larger], [more, smaller]] = [1.0, 0.6, 1.7].map(told);
+        assert!(less > at + 10.0 && more > at + 10.0);
+        // Of 7 500 readings it is one within √(2/7500) = 0.016.
+        assert!((square - 1.0).abs() < 0.05 && larger > square + 0.05 && smaller < square - 0.05, "{square}");
     }
 
     // A torque of 10⁴ N·m/rad reads the same as an encoder does: of twice the variance each, both are worth one encoder.
