@@ -209,7 +209,7 @@ pub(crate) fn about_base(
     let known = look.and_then(|look| look.values(&specs));
     let p = known.map_or_else(|| plant.parameters(), <[f64]>::to_vec);
     let from = look.map_or(Start::Kernel, |look| {
-        form.begin_known(look.torques, &look.torque_noise);
+        form.begin_known(look.torques, look.torque_noise.clone());
         Start::Reference
     });
     form.renew(&plant, &p, from);

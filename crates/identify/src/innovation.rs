@@ -52,15 +52,14 @@ pub(crate) struct Reference {
     measured: Vec<f64>,
     /// Standard deviation of the torque noise of every joint that moves, N·m.
     pub torque_noise: Vec<f64>,
-    // The same as it was read in the noisiest run.
-    read_noise: Vec<f64>,
-    // The mean square of the innovations of every joint that moves, in units of what is expected of them.
-    squares: Vec<f64>,
     /// −2 log likelihood of what each joint that moves shows beyond what is known of the others, by the model that the
     /// reference was taken from.
     pub misfit_by_joint: Vec<f64>,
     /// How the logged torques are taken.
     pub torques: LoggedTorques,
+    /// True if the model leaves no more than the noise that was read of torques, and sensors show no more beyond its filter than they
+    /// should.
+    pub leaves_noise: bool,
     /// True if torque noise acts and is not small beside what accelerates the joints.
     pub noise_matters: bool,
     // What the next reference begins with.
@@ -149,6 +148,12 @@ impl Innovation {
         self
     }
 
+    /// Begins with the kernel's motion of every run, torques taken so, and torque noise that is known.
+    pub fn begin_known(&self, torques: LoggedTorques, torque_noise: Vec<f64>) {
+        let motions = self.smooth.clone();
+        self.adopt(&Arc::new(Reference { torques, motions, torque_noise, ..Reference::default() }));
+    }
+
     /// The present reference.
     pub fn present(&self) -> Arc<Reference> {
         Arc::clone(&self.reference.read().unwrap_or_else(PoisonError::into_inner))
@@ -163,6 +168,11 @@ impl Innovation {
     // Torque noise of every joint, at most as it was read: what a model leaves besides makes no velocity unsure.
     fn own_noise(&self, noise: &[f64]) -> Vec<f64> {
         self.read_noise().zip(noise).map(|(read, n)| n.min(read)).collect()
+    }
+
+    // True if torque noise of every joint is no more than was read.
+    fn is_as_read(&self, noise: &[f64]) -> bool {
+        self.read_noise().zip(noise).all(|(read, n)| *n < AS_READ * read)
     }
 
     // Joints whose covariance is carried along together: all that may be, since the torque noise of one moves the others. Of
@@ -218,9 +228,8 @@ impl Innovation {
             records,
             smooth,
             measured,
+            leaves_noise: self.is_as_read(&noise) && misfits.squares().all(|square| square < AS_EXPECTED),
             torque_noise: noise,
-            read_noise: self.read_noise().collect(),
-            squares: misfits.squares(),
             misfit_by_joint: misfits.by_joint(),
             torques,
             noise_matters,
@@ -280,20 +289,6 @@ impl Reference {
         self.misfit_by_joint.iter().sum()
     }
 
-    /// True if a model leaves no more than the noise that was read of torques, and sensors show no more beyond its filter than they
-    /// should.
-    pub fn leaves_noise(&self) -> bool {
-        let is_as_read = |(left, read): (&f64, &f64)| *left < AS_READ * read;
-        self.torque_noise.iter().zip(&self.read_noise).all(is_as_read)
-            && self.squares.iter().all(|square| *square < AS_EXPECTED)
-    }
-
-    /// Torque noise of every joint as it was read, at most what a model leaves; where none was read, what it leaves.
-    pub fn noise_as_read(&self) -> Vec<f64> {
-        let of = |(left, read): (&f64, &f64)| if *read > 0.0 { left.min(*read) } else { *left };
-        self.torque_noise.iter().zip(&self.read_noise).map(of).collect()
-    }
-
     /// The same without what makes rows, most of its memory; none if it cannot be made again.
     pub fn lightened(&self) -> Option<Self> {
         self.made_again_by.as_ref()?;
@@ -302,10 +297,9 @@ impl Reference {
             smooth: Vec::new(),
             measured: Vec::new(),
             torque_noise: self.torque_noise.clone(),
-            read_noise: self.read_noise.clone(),
-            squares: self.squares.clone(),
             misfit_by_joint: self.misfit_by_joint.clone(),
             torques: self.torques,
+            leaves_noise: self.leaves_noise,
             noise_matters: self.noise_matters,
             motions: self.motions.clone(),
             made_again_by: self.made_again_by.clone(),
@@ -365,9 +359,10 @@ impl ResidualForm for Innovation {
         records.iter_mut().for_each(|record| record.scales.early += early);
         Rows { records: &records, ..self.rows(&now) }.residual(plant, p)
     }
-    fn begin_known(&self, torques: LoggedTorques, torque_noise: &[f64]) {
-        let (motions, torque_noise) = (self.smooth.clone(), torque_noise.to_vec());
-        self.adopt(&Arc::new(Reference { torques, motions, torque_noise, ..Reference::default() }));
+    fn begin_as_read(&self, reference: &Reference) {
+        let as_read = |(read, left): (f64, &f64)| if read > 0.0 { left.min(read) } else { *left };
+        let noise = self.read_noise().zip(&reference.torque_noise).map(as_read).collect();
+        self.begin_known(reference.torques, noise);
     }
     fn begin_anew(&self, torques: LoggedTorques) {
         let now = self.present();

@@ -48,8 +48,9 @@ pub(crate) trait ResidualForm: Sync {
     }
     /// Forgets the rows of the reference, for a new one in which logged torques are taken so.
     fn begin_anew(&self, _torques: LoggedTorques) {}
-    /// Begins with the kernel's motion of every run, torques taken so, and torque noise that is known.
-    fn begin_known(&self, _torques: LoggedTorques, _torque_noise: &[f64]) {}
+    /// Begins with the kernel's motion of every run, torques taken as about a reference, and their noise as it was read, at most
+    /// what was left there.
+    fn begin_as_read(&self, _reference: &Reference) {}
     /// Comes back to a reference.
     fn adopt(&self, _reference: &Arc<Reference>) {}
     /// −2 log likelihood of what was measured by a model about the motion of a reference, under torque noise of this size;

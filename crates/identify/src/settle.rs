@@ -14,7 +14,7 @@ use crate::search::{Accepted, Saturated, Search, State};
 // What each reference of a model is led from.
 pub(crate) const RENEWALS: [Start; 3] = [Start::Kernel, Start::Reference, Start::Reference];
 const ONCE_MORE: [Start; 2] = [Start::Reference; 2];
-// About a motion that is settled for nearly the same values.
+// About a motion that is settled for nearly the same values, or with a noise that is known.
 const ONCE: [Start; 1] = [Start::Reference];
 const AS_IT_IS: [Start; 1] = [Start::Same];
 // The base is fitted about the kernel's motion already; without the torque noise that acts, a motion is read in another way.
@@ -59,7 +59,7 @@ impl Led {
 
     // True if its reference tells of no more than noise.
     fn leaves_noise(&self) -> bool {
-        self.is_finite() && self.reference.as_ref().is_some_and(|reference| reference.leaves_noise())
+        self.is_finite() && self.reference.as_ref().is_some_and(|reference| reference.leaves_noise)
     }
 }
 
@@ -154,7 +154,7 @@ impl Search<'_> {
         let likelier = |a: (Led, f64), b: (Led, f64)| if b.1 > a.1 { b } else { a };
         let mut likeliest = about(&ONCE_MORE)?;
         if !likeliest.0.leaves_noise() {
-            form.begin_known(reference.torques, &reference.noise_as_read());
+            form.begin_as_read(reference);
             likeliest = likelier(likeliest, led(&ONCE)?);
         }
         if !likeliest.0.leaves_noise() {

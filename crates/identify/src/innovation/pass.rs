@@ -54,11 +54,11 @@ impl Misfits {
     }
 
     /// The mean square of the innovations of every joint in units of what is expected of them.
-    pub fn squares(&self) -> Vec<f64> {
-        let mean = |joint| {
+    pub fn squares(&self) -> impl Iterator<Item = f64> {
+        let mean = move |joint| {
             self.sum_of(joint, |tally| tally.square) / self.sum_of(joint, |tally| tally.readings).max(1.0)
         };
-        self.joints().map(mean).collect()
+        self.joints().map(mean)
     }
 
     pub fn sum(&self) -> f64 {
