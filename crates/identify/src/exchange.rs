@@ -225,8 +225,14 @@ fn drives_compared(
     let driven = |model: &Candidate, reference: &Option<Arc<Reference>>| {
         search.led_driven(model, reference.as_ref(), &state.whitener)
     };
-    let own = driven(&state.fitted.model, &state.reference)?;
-    let other = driven(&next.model, &next.reference)?;
+    let mut own = driven(&state.fitted.model, &state.reference)?;
+    let mut other = driven(&next.model, &next.reference)?;
+    // Motions in valleys that lie apart, of other joints too, would be compared in place of the drives.
+    if other.misfit() > own.misfit() {
+        other = search.led_driven_beside(other, &own, &state.whitener)?;
+    } else {
+        own = search.led_driven_beside(own, &other, &state.whitener)?;
+    }
     let (lag_of_own, lag_of_other) = (lag(&own.model), lag(&other.model));
     let lowest = |of: &Led, lag: f64, of_the_other: f64| {
         let smoothed = || search.misfit_driven(&of.model, of.reference.as_ref(), of_the_other);

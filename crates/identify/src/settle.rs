@@ -57,6 +57,12 @@ impl Led {
         self.misfit().is_finite() && self.at.is_finite()
     }
 
+    // The other one, if the log is likelier about it, or this one could not be followed.
+    fn or_likelier(self, other: Self) -> Self {
+        let is_likelier = other.misfit() < self.misfit() || !self.is_finite();
+        if is_likelier && other.is_finite() { other } else { self }
+    }
+
     // True if its reference tells of no more than noise.
     fn leaves_noise(&self) -> bool {
         self.is_finite() && self.reference.as_ref().is_some_and(|reference| reference.leaves_noise)
@@ -142,28 +148,23 @@ impl Search<'_> {
         let form = self.problem.form;
         let descend = |model: &mut Candidate| self.descended(model, &before.whitener);
         let Some(reference) = &before.reference else { return self.settled_anew(model, descend, accepted) };
-        let led = |starts: &[Start]| -> Result<(Led, f64), IdentifyError> {
-            let led = self.led_from(starts, model.again(self.problem)?, descend, false)?;
-            let fall = self.fall_of_misfit(before, &led.model, led.reference.as_ref());
-            Ok((led, fall.filter(|fall| !fall.is_nan()).unwrap_or(f64::NEG_INFINITY)))
-        };
+        let led = |starts: &[Start]| self.led_from(starts, model.again(self.problem)?, descend, false);
         let about = |starts: &[Start]| {
             form.adopt(reference);
             led(starts)
         };
-        let likelier = |a: (Led, f64), b: (Led, f64)| if b.1 > a.1 { b } else { a };
         let mut likeliest = about(&ONCE_MORE)?;
-        if !likeliest.0.leaves_noise() {
+        if !likeliest.leaves_noise() {
             form.begin_as_read(reference);
-            likeliest = likelier(likeliest, led(&ONCE)?);
+            likeliest = likeliest.or_likelier(led(&ONCE)?);
         }
-        if !likeliest.0.leaves_noise() {
-            likeliest = likelier(likeliest, about(&RENEWALS)?);
+        if !likeliest.leaves_noise() {
+            likeliest = likeliest.or_likelier(about(&RENEWALS)?);
         }
-        if likeliest.0.misfit() > before.misfit() {
-            likeliest = likelier(likeliest, about(&AS_IT_IS)?);
+        if likeliest.misfit() > before.misfit() {
+            likeliest = likeliest.or_likelier(about(&AS_IT_IS)?);
         }
-        self.settled_led(likeliest.0, accepted)
+        self.settled_led(likeliest, accepted)
     }
 
     /// Lets the filters of a state's reference go while another is led: of a long log they are large.
@@ -229,20 +230,38 @@ impl Search<'_> {
         reference: Option<&Arc<Reference>>,
         whitener: &Whitener,
     ) -> Result<Led, IdentifyError> {
-        let form = self.problem.form;
-        let lead = |starts: &[Start]| -> Result<Led, IdentifyError> {
-            let mut model = model.again(self.problem)?;
-            if let Some(own) = reference {
-                form.adopt(own);
-                form.begin_anew(LoggedTorques { passing: Passing::Whole { smoothed: 0.0 }, ..own.torques });
-            }
-            let at = self.led(&mut model, starts, |model| self.descended(model, whitener), false);
-            Ok(self.present(model, at))
-        };
         // A motion that the model without it has made rough may lead astray, and so may a smooth one.
-        let first = lead(&ONCE_MORE)?;
-        let second = lead(&RENEWALS)?;
-        Ok(if second.misfit() < first.misfit() { second } else { first })
+        let first = self.led_driven_from(&ONCE_MORE, model, reference, whitener)?;
+        let second = self.led_driven_from(&RENEWALS, model, reference, whitener)?;
+        Ok(first.or_likelier(second))
+    }
+
+    /// The same of a model that was led so, from the motion of another, if that makes the log likelier.
+    pub fn led_driven_beside(
+        &self,
+        own: Led,
+        other: &Led,
+        whitener: &Whitener,
+    ) -> Result<Led, IdentifyError> {
+        let from = self.led_driven_from(&ONCE_MORE, &own.model, other.reference.as_ref(), whitener)?;
+        Ok(own.or_likelier(from))
+    }
+
+    fn led_driven_from(
+        &self,
+        starts: &[Start],
+        model: &Candidate,
+        reference: Option<&Arc<Reference>>,
+        whitener: &Whitener,
+    ) -> Result<Led, IdentifyError> {
+        let form = self.problem.form;
+        let mut model = model.again(self.problem)?;
+        if let Some(own) = reference {
+            form.adopt(own);
+            form.begin_anew(LoggedTorques { passing: Passing::Whole { smoothed: 0.0 }, ..own.torques });
+        }
+        let at = self.led(&mut model, starts, |model| self.descended(model, whitener), false);
+        Ok(self.present(model, at))
     }
 
     /// A model led about references of its own from each of `starts`; where there is none, by `descend`.
