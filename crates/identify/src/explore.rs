@@ -20,6 +20,7 @@ use crate::refit::{Fitted, Refit};
 use crate::round::Round;
 use crate::search::{Accepted, Columns, Search, State};
 use crate::trial::{How, Trial};
+use crate::unknowns::Unknown;
 use crate::verdict::rms;
 
 /// Runs that no fit and no gate uses.
@@ -115,7 +116,7 @@ pub(crate) const WORSE: f64 = 1.01;
 // Share of the promised fall of χ² that the likelihood of the log must show, and what chance may take of it.
 const KEPT: f64 = 0.25;
 pub(crate) const CHANCE: f64 = 10.0;
-// Standard deviations from zero of a strength that is there.
+// Standard deviations from zero of a strength that is there, from what was stated of a value that is wrong.
 const SURE: f64 = 2.0;
 
 /// Climbs from the base until nothing passes the gates.
@@ -312,22 +313,29 @@ fn too_little_kept(kept: f64, promised: f64, about: &str) -> Option<String> {
 }
 
 // Effects of which nothing is left that their own error does not cover, once the model has settled about a motion of its
-// own and runs may differ.
+// own and runs may differ: strengths that are new, and stated values that were to be wrong.
 fn unsure(search: &Search, before: &State, after: &State) -> Vec<(Trial, String)> {
     let reports = parameters(search, after, widening(search, after));
-    let strengths: Vec<_> = reports
-        .iter()
-        .zip(&after.fitted.model.unknowns)
-        .filter(|(_, u)| u.is_strength())
-        .map(|(r, _)| r)
-        .collect();
-    let is_unsure = |entry: &&Accepted| {
-        let own = || strengths.iter().filter(|(effect, _)| *effect == entry.effect);
-        let is_new = matches!(entry.trial.how, How::New { .. });
-        is_new && own().next().is_some() && own().all(|(_, r)| r.value.abs() < SURE * r.std)
+    let had_prior = |u: &Unknown| {
+        before.fitted.model.unknowns.iter().any(|known| known.id == u.id && known.prior.is_some())
     };
-    let reason = "about a motion of its own its strength is within two standard deviations of zero";
-    each_refused(after.added_since(before).iter().filter(is_unsure), reason)
+    // By how many of its standard deviations it is off from a model without the effect.
+    let off = |entry: &Accepted| -> Option<f64> {
+        let is_new = matches!(entry.trial.how, How::New { .. });
+        let own = reports.iter().zip(&after.fitted.model.unknowns).filter(|((effect, _), u)| {
+            let is_its = if is_new { u.is_strength() } else { u.prior.is_none() && had_prior(u) };
+            *effect == entry.effect && is_its
+        });
+        own.map(|((_, r), _)| (if is_new { r.value } else { r.value - r.start }).abs() / r.std)
+            .reduce(f64::max)
+    };
+    let reason = |entry: &Accepted| {
+        let from = if matches!(entry.trial.how, How::New { .. }) { "zero" } else { "what was stated" };
+        format!("about a motion of its own it is within two standard deviations of {from}")
+    };
+    let added = after.added_since(before);
+    let unsure = added.iter().filter(|entry| off(entry).is_some_and(|off| off < SURE));
+    unsure.map(|entry| (entry.trial.clone(), reason(entry))).collect()
 }
 
 pub(crate) fn rung(search: &Search, added: &[String], state: &State, unseen: Option<&Unseen>) -> Rung {
