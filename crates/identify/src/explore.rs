@@ -319,18 +319,19 @@ fn unsure(search: &Search, before: &State, after: &State) -> Vec<(Trial, String)
     let had_prior = |u: &Unknown| {
         before.fitted.model.unknowns.iter().any(|known| known.id == u.id && known.prior.is_some())
     };
+    let is_new = |entry: &Accepted| matches!(entry.trial.how, How::New { .. });
     // By how many of its standard deviations it is off from a model without the effect.
     let off = |entry: &Accepted| -> Option<f64> {
-        let is_new = matches!(entry.trial.how, How::New { .. });
-        let own = reports.iter().zip(&after.fitted.model.unknowns).filter(|((effect, _), u)| {
-            let is_its = if is_new { u.is_strength() } else { u.prior.is_none() && had_prior(u) };
-            *effect == entry.effect && is_its
-        });
-        own.map(|((_, r), _)| (if is_new { r.value } else { r.value - r.start }).abs() / r.std)
+        let is_its = |u: &Unknown| {
+            if is_new(entry) { u.is_strength() } else { u.prior.is_none() && had_prior(u) }
+        };
+        let own = reports.iter().zip(&after.fitted.model.unknowns);
+        own.filter(|((effect, _), u)| *effect == entry.effect && is_its(u))
+            .map(|((_, r), _)| (r.value - if is_new(entry) { 0.0 } else { r.start }).abs() / r.std)
             .reduce(f64::max)
     };
     let reason = |entry: &Accepted| {
-        let from = if matches!(entry.trial.how, How::New { .. }) { "zero" } else { "what was stated" };
+        let from = if is_new(entry) { "zero" } else { "what was stated" };
         format!("about a motion of its own it is within two standard deviations of {from}")
     };
     let added = after.added_since(before);
