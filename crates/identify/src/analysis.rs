@@ -255,7 +255,12 @@ pub(crate) fn residual_told(search: &Search, begun: &Analysis) -> String {
     let noise = search.problem.form.reference().map_or(String::new(), |reference| {
         let acts = if reference.torques.move_without_noise { " that moves the joints" } else { "" };
         let noise = noise_told(search, &reference.torque_noise);
-        let noise = format!(", torque noise{acts} {noise} a sample");
+        let unsure = if reference.torques.unsure_friction {
+            "; how friction near rest changes within a sample is unsure"
+        } else {
+            ""
+        };
+        let noise = format!(", torque noise{acts} {noise} a sample{unsure}");
         match reference.torques.early {
             0.0 => noise,
             early => format!("{noise}; logged torques are {}", moments_told(early)),

@@ -40,6 +40,7 @@ use motion::{Even, Motion};
 use pass::{Misfits, Pass};
 pub(crate) use rows::Innovations;
 use rows::JointChannels;
+use slip::unsure;
 use step::Linear;
 use system::{MOST_JOINTS, Readings, System};
 
@@ -184,7 +185,7 @@ impl Innovation {
     }
 
     // The equations of the moving joints along a run.
-    fn system(&self, run: &Even, along: &Along) -> System {
+    fn system(&self, run: &Even, motion: &Motion, torques: LoggedTorques, along: &Along) -> System {
         let square = |x: f64| (x * x).max(1e-24);
         let alike = |c: Option<usize>| c.map(|c| run.alike[c].clone()).unwrap_or_default();
         let readings = |j: &JointChannels| Readings {
@@ -197,7 +198,12 @@ impl Innovation {
         let linear: Vec<&[Linear]> = self.joints.iter().map(|j| along.linear[j.dof].as_slice()).collect();
         let mobility: Vec<Vec<f64>> = along.mobility.iter().map(|m| self.of_joints(m)).collect();
         let readings = self.joints.iter().map(readings).collect();
-        System::new(readings, &linear, &mobility, INERTIA_EVERY, run.scales.period)
+        let mut system = System::new(readings, &linear, &mobility, INERTIA_EVERY, run.scales.period);
+        for (joint, channels) in system.joints.iter_mut().zip(&self.joints) {
+            joint.unsure = unsure(motion, along, channels.dof);
+        }
+        system.unsure_friction = torques.unsure_friction;
+        system
     }
 
     // The rows and columns of the joints that move in a matrix of all degrees of freedom, by rows.
@@ -209,17 +215,17 @@ impl Innovation {
 
     fn renewed(&self, plant: &Plant, p: &[f64], from: Start) -> Reference {
         let present = self.present();
-        let torques = present.torques;
-        let about = |motions| Pass::new(self, motions, torques, plant, p);
+        let about = |motions| Pass::new(self, motions, present.torques, plant, p);
         let Settled { pass, noise, misfits } = match from {
             Start::Kernel => {
                 let pass = about(self.smooth.clone()).without_slip();
                 let noise = pass.torque_noise(None);
                 Settled::of(pass, noise)
             }
-            Start::Reference => self.settled(&present, about),
+            Start::Reference => self.settled(&present, (plant, p)),
             Start::Same => Settled::of(about(present.motions.clone()), present.torque_noise.clone()),
         };
+        let torques = pass.torques;
         let noise_matters = pass.noise_matters(&noise);
         let motions = if from == Start::Kernel { pass.held() } else { pass.motions.clone() };
         let commanded = torques.move_without_noise.then(|| pass.commanded(&noise));
@@ -239,20 +245,27 @@ impl Innovation {
     }
 
     // A motion that is too rough turns friction about at the wrong time, one that is too smooth turns it late: model and noise
-    // are led to agree with each other, from the motion of the present reference.
-    fn settled<'a>(&'a self, present: &Reference, about: impl Fn(Vec<Motion>) -> Pass<'a>) -> Settled<'a> {
-        let mut pass = about(present.motions.clone());
+    // are led to agree with each other, from the motion of the present reference. Where friction near rest resists that, it is taken
+    // for unsure over holds in which it changes if the log is likelier so, until it is likelier without.
+    fn settled(&self, present: &Reference, (plant, p): (&Plant, &[f64])) -> Settled<'_> {
+        let about = |motions, torques| Pass::new(self, motions, torques, plant, p);
+        let mut pass = about(present.motions.clone(), present.torques);
         let mut before = present.torque_noise.clone();
-        let mut rounds = 0;
+        let (mut rounds, mut may_doubt) = (0, true);
         loop {
             let noise = pass.torque_noise(Some(&before));
             let (smoothed, of_pass) = pass.smoothed(&noise);
-            let (next, misfits, fall) = pass.bettered(smoothed, of_pass, &noise, &about);
+            let (mut next, mut misfits, fall) = pass.bettered(smoothed, of_pass, &noise, about);
             rounds += 1;
+            let doubts = fall.is_none() && may_doubt && next.takes_friction_as(true, &mut misfits, &noise);
             let is_alike = before.iter().zip(&noise).all(|(a, b)| (a / b).ln().abs() < SETTLED_NOISE);
-            let is_settled = fall.is_none_or(|fall| is_alike && fall < SETTLED_MISFIT);
+            let is_settled = !doubts && fall.is_none_or(|fall| is_alike && fall < SETTLED_MISFIT);
             if is_settled || rounds == ROUNDS {
-                return Settled { pass: next, noise, misfits };
+                let is_sure_again = next.takes_friction_as(false, &mut misfits, &noise);
+                if !is_sure_again || rounds == ROUNDS {
+                    return Settled { pass: next, noise, misfits };
+                }
+                may_doubt = false;
             }
             (pass, before) = (next, noise);
         }

@@ -70,6 +70,9 @@ pub(crate) struct LoggedTorques {
     pub move_without_noise: bool,
     /// What passes drives with a lag or a dead time.
     pub passing: Passing,
+    /// True if they move a joint near rest within a hold in a way that no model of whole holds follows, so that friction over a hold
+    /// is as unsure as its change.
+    pub unsure_friction: bool,
 }
 
 impl LoggedTorques {

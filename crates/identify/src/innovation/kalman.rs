@@ -356,7 +356,9 @@ impl Kalman<'_> {
             let is_led = k < self.system.led && joint.readings.is_led();
             let shares = if is_led { LED } else { [1.0, LINK_SHARE * joint.lightness] };
             // Motor and link in turn.
-            (self.noise[self.group.start + m / 2] * shares[m % 2]).powi(2)
+            let is_unsure = self.system.unsure_friction && m % 2 == 0;
+            let unsure = if is_unsure { f64::from(joint.unsure[k]) } else { 0.0 };
+            (self.noise[self.group.start + m / 2] * shares[m % 2]).powi(2) + unsure.powi(2)
         });
         Step { turned, pushes, variance }
     }
@@ -514,6 +516,25 @@ mod tests {
                 assert!((own - all).abs() <= 1e-6 * all.abs(), "{own} {all}");
             }
             assert_eq!([&all[2..4], &all[6..8]].concat(), [0.0; 4]);
+        }
+    }
+
+    // 0.5² = 0.4² + 0.3²
+    #[test]
+    fn friction_that_is_unsure_adds_to_the_noise() {
+        let linear = Linear { motor: 0.5, ..Linear::default() };
+        let readings = Readings { motor: 1e-10, ..Readings::default() };
+        let mut system = System::new(vec![readings], &[&[linear; 40]], &[vec![0.5]], 40, 1e-3);
+        let white = |system: &System, noise: f64| -> Vec<f64> {
+            let gains = Kalman { system, group: 0..1, noise: &[noise] }.gains();
+            (0..40).flat_map(|k| gains.of_sample(k).map(|(white, _)| white).collect::<Vec<f64>>()).collect()
+        };
+        let (all, sure) = (white(&system, 0.5), white(&system, 0.4));
+        system.joints[0].unsure = vec![0.3; 40];
+        assert_eq!(white(&system, 0.4), sure);
+        system.unsure_friction = true;
+        for (white, all) in white(&system, 0.4).into_iter().zip(all) {
+            assert!((white / all - 1.0).abs() < 1e-6);
         }
     }
 

@@ -69,7 +69,7 @@ impl Misfits {
 /// A pass of the model along the present motions of all runs.
 pub(super) struct Pass<'a> {
     pub form: &'a Innovation,
-    torques: LoggedTorques,
+    pub torques: LoggedTorques,
     pub motions: Vec<Motion>,
     pub records: Vec<Record>,
     // Measured minus predicted of every joint, by run and sample.
@@ -99,7 +99,7 @@ impl<'a> Pass<'a> {
             .map(|(run, motion)| {
                 let record = run.record(motion, torques);
                 let along = along(plant, p, &record, &form.channels);
-                let system = form.system(run, &along);
+                let system = form.system(run, motion, torques, &along);
                 let of_joint = |joint: &JointChannels| inputs(run, motion, torques, &along, *joint);
                 let inputs = form.joints.par_iter().map(of_joint).collect();
                 (record, along, system, inputs)
@@ -131,6 +131,27 @@ impl<'a> Pass<'a> {
     pub fn without_slip(mut self) -> Self {
         self.inputs.iter_mut().flatten().flatten().for_each(|input| input.slip = 0.0);
         self
+    }
+
+    /// Takes friction over a hold as unsure, or as sure, if the log is likelier with that; true if it does.
+    pub fn takes_friction_as(&mut self, is_unsure: bool, misfits: &mut Misfits, noise: &[f64]) -> bool {
+        if self.torques.unsure_friction == is_unsure {
+            return false;
+        }
+        self.set_unsure_friction(is_unsure);
+        let taken = self.misfits(noise);
+        let is_likelier = taken.sum() < misfits.sum();
+        if is_likelier {
+            *misfits = taken;
+        } else {
+            self.set_unsure_friction(!is_unsure);
+        }
+        is_likelier
+    }
+
+    fn set_unsure_friction(&mut self, is_unsure: bool) {
+        self.torques.unsure_friction = is_unsure;
+        self.systems.iter_mut().for_each(|system| system.unsure_friction = is_unsure);
     }
 
     /// Measured minus predicted of one joint at a sample.
@@ -211,12 +232,13 @@ impl<'a> Pass<'a> {
         mut motions: Vec<Motion>,
         before: Misfits,
         noise: &[f64],
-        about: impl Fn(Vec<Motion>) -> Self,
+        about: impl Fn(Vec<Motion>, LoggedTorques) -> Self,
     ) -> (Self, Misfits, Option<f64>) {
         let lengths: Vec<f64> = self.records.iter().map(|record| record.len() as f64).collect();
+        let torques = self.torques;
         let present = self.into_motions();
         for _ in 0..TRIES {
-            let next = about(motions.clone());
+            let next = about(motions.clone(), torques);
             let after = next.misfits(noise);
             let worse: Vec<bool> = (after.by_run().zip(before.by_run()).zip(&lengths))
                 .map(|((after, before), length)| after > before + WORSE * length)
@@ -229,7 +251,7 @@ impl<'a> Pass<'a> {
                 to.halve(from);
             }
         }
-        (about(present), before, None)
+        (about(present, torques), before, None)
     }
 
     fn into_motions(self) -> Vec<Motion> {

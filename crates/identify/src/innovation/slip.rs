@@ -6,6 +6,7 @@
 
 use super::linearise::Along;
 use super::motion::Motion;
+use super::step::Linear;
 
 // Decay over a hold above which friction decides how far a motor moves.
 const STIFF: f64 = 1.0;
@@ -34,6 +35,16 @@ pub(super) fn slip(motion: &Motion, along: &Along, dof: usize, k: usize, h: f64,
         _ => return 0.0,
     };
     h * mean - h.powi(3) / 12.0 * jerk - (theta[k + 1] - theta[k])
+}
+
+/// How unsure the mean of friction over each hold is, by its standard deviation, N·m, if nothing is known of when within the hold
+/// it changes.
+///
+/// σ = |∂τ_m/∂θ̇ (θ̇_{k+1} − θ̇_k)|/√12
+pub(super) fn unsure(motion: &Motion, along: &Along, dof: usize) -> Vec<f32> {
+    let change = |(linear, ends): (&Linear, &[f64])| linear.rate[1] / linear.motor * (ends[1] - ends[0]);
+    let holds = along.linear[dof].iter().zip(motion.thetad[dof].windows(2));
+    holds.map(|hold| (change(hold).abs() / 12f64.sqrt()) as f32).collect()
 }
 
 // The mean of what goes from one value to another like e^(−x t/h).

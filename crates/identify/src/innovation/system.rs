@@ -74,6 +74,8 @@ pub(super) struct Joint {
     pub readings: Readings,
     /// By sample.
     pub steps: Vec<Kept>,
+    /// How unsure the motor's friction over each hold may be, by its standard deviation, N·m.
+    pub unsure: Vec<f32>,
     /// Of a link that is lighter than its rotor, the root of its share of the rotor's inertia; else one.
     pub lightness: f64,
     // The torque behind the gear by sample; empty where it is not read.
@@ -105,6 +107,8 @@ pub(super) struct System {
     coupling: Vec<usize>,
     /// Samples during which the start of the springs is being found.
     pub led: usize,
+    /// True if friction over a hold is as unsure as it may be.
+    pub unsure_friction: bool,
 }
 
 /// Torques on the motor and on the link of a joint, W sets of them at once.
@@ -135,6 +139,7 @@ impl System {
         let joint = |(readings, linear): (Readings, &&[Linear])| Joint {
             steps: over(linear),
             lightness: lightness(linear),
+            unsure: Vec::new(),
             gear: readings.gear.map_or_else(Vec::new, |_| linear.iter().map(|l| l.gear).collect()),
             readings,
         };
@@ -167,7 +172,7 @@ impl System {
         };
         let couplings = anew.into_par_iter().map(coupled).collect();
         let led = (START / period) as usize;
-        Self { joints, couplings, coupling, led }
+        Self { joints, couplings, coupling, led, unsure_friction: false }
     }
 
     /// Sensors of some of the joints.
