@@ -34,7 +34,7 @@ use crate::residual::{Grid, Layout, LoggedTorques, ResidualForm, Rows, Start, TR
 use crate::scale::Scales;
 use filter::Filters;
 pub(crate) use held::Held;
-use kalman::{GROUP, Kalman};
+use kalman::Kalman;
 use linearise::{Along, INERTIA_EVERY};
 use motion::{Even, Motion};
 use pass::{Misfits, Pass};
@@ -176,41 +176,36 @@ impl Innovation {
         self.read_noise().zip(noise).all(|(read, n)| *n < AS_READ * read)
     }
 
-    // Joints whose covariance is carried along together: all that may be, since the torque noise of one moves the others. Of
-    // more, groups as alike in size as may be, the larger ones nearer to the tip, where light links move each other most.
-    fn groups(&self) -> Vec<Range<usize>> {
-        let n = self.joints.len();
-        let count = n.div_ceil(GROUP).max(1);
-        (0..count).map(|group| group * n / count..(group + 1) * n / count).collect()
+    // The joints of a group, without its hinges.
+    fn joints_of(&self, group: &Range<usize>) -> Range<usize> {
+        group.start..group.end.min(self.joints.len())
     }
 
-    // The equations of the moving joints along a run.
+    // The equations of the moving joints, and of the hinges behind them, along a run.
     fn system(&self, run: &Even, motion: &Motion, torques: LoggedTorques, along: &Along) -> System {
         let square = |x: f64| (x * x).max(1e-24);
         let alike = |c: Option<usize>| c.map(|c| run.alike[c].clone()).unwrap_or_default();
         let readings = |j: &JointChannels| Readings {
-            motor: square(run.theta_noise[j.dof]),
+            motor: Some(square(run.theta_noise[j.dof])),
             link: j.position.map(|c| square(run.noise[c])),
             gear: j.gear.map(|c| square(run.noise[c])),
             shown: if along.links.motion[j.dof].is_none() { 0 } else { 2 },
             alike: [run.theta_alike[j.dof].clone(), alike(j.position), alike(j.gear)],
         };
-        let linear: Vec<&[Linear]> = self.joints.iter().map(|j| along.linear[j.dof].as_slice()).collect();
-        let mobility: Vec<Vec<f64>> = along.mobility.iter().map(|m| self.of_joints(m)).collect();
-        let readings = self.joints.iter().map(readings).collect();
+        let of_robot = along.linear.len() - along.hinges;
+        let moving = || self.joints.iter().map(|j| j.dof).chain(of_robot..along.linear.len());
+        let linear: Vec<&[Linear]> = moving().map(|body| along.linear[body].as_slice()).collect();
+        let n = along.linear.len();
+        let of_moving = |m: &Vec<f64>| moving().flat_map(|i| moving().map(move |j| m[i * n + j])).collect();
+        let mobility: Vec<Vec<f64>> = along.mobility.iter().map(of_moving).collect();
+        let hinges = (0..along.hinges).map(|_| Readings::default());
+        let readings = self.joints.iter().map(readings).chain(hinges).collect();
         let mut system = System::new(readings, &linear, &mobility, INERTIA_EVERY, run.scales.period);
         for (joint, channels) in system.joints.iter_mut().zip(&self.joints) {
             joint.unsure = unsure(motion, along, channels.dof);
         }
         system.unsure_friction = torques.unsure_friction;
         system
-    }
-
-    // The rows and columns of the joints that move in a matrix of all degrees of freedom, by rows.
-    fn of_joints(&self, matrix: &[f64]) -> Vec<f64> {
-        let nv = matrix.len().isqrt();
-        let joints = || self.joints.iter().map(|j| j.dof);
-        joints().flat_map(|i| joints().map(move |j| matrix[i * nv + j])).collect()
     }
 
     fn renewed(&self, plant: &Plant, p: &[f64], from: Start) -> Reference {

@@ -208,7 +208,7 @@ mod tests {
 
     // A rigid joint of inertia 2 whose velocity decays with 0.5 1/s.
     fn system(samples: usize) -> System {
-        system_of(samples, Readings { motor: 1e-10, ..Readings::default() })
+        system_of(samples, Readings { motor: Some(1e-10), ..Readings::default() })
     }
 
     fn system_of(samples: usize, readings: Readings) -> System {
@@ -223,19 +223,20 @@ mod tests {
         System::new(vec![readings], &[&vec![linear; samples]], &[vec![0.5]], samples, 1e-3)
     }
 
-    // Readings of its position under torque noise of one and encoder noise of 10⁻⁵, and the true motion.
+    // Readings of the first joint's position under torque noise of one on it and encoder noise of 10⁻⁵, and its true motion.
     fn readings(system: &System) -> (Vec<f64>, Vec<[f64; 2]>) {
         use rand::{Rng, SeedableRng, rngs::SmallRng};
         let mut random = SmallRng::seed_from_u64(4);
         let mut normal = || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
-        let mut x = [[[0.0]; 4]];
+        let n = system.joints.len();
+        let mut x = vec![[[0.0]; 4]; n];
         let (mut read, mut truth) = (Vec::new(), Vec::new());
         for k in 0..system.len() {
             truth.push([x[0][0][0], x[0][1][0]]);
             read.push(x[0][0][0] + 1e-5 * normal());
-            let mut next = x;
-            let torques = [[normal()], [0.0]];
-            system.advance(0..1, k, |_| &torques, &x, &mut next);
+            let mut next = x.clone();
+            let (torques, none) = ([[normal()], [0.0]], [[0.0]; 2]);
+            system.advance(0..n, k, |joint| if joint == 0 { &torques } else { &none }, &x, &mut next);
             x = next;
         }
         (read, truth)
@@ -255,9 +256,47 @@ mod tests {
         assert!((mean - 1.0).abs() < 0.15 && lag.abs() < 0.1, "{mean} {lag}");
     }
 
+    // A rigid joint on a base that swings at 5.5 Hz.
+    fn swinging(samples: usize) -> [System; 2] {
+        let mobility = [0.5, -0.4, -0.4, 0.6];
+        let body = |push: [f64; 4], mobility: f64| Linear {
+            rate: push.map(|push| mobility * push),
+            motor: mobility,
+            link: mobility,
+            push,
+            ..Linear::default()
+        };
+        let joint = vec![body([0.0, -1.0, 0.0, 0.0], mobility[0]); samples];
+        let base = vec![body([-2000.0, -2.0, 0.0, 0.0], mobility[3]); samples];
+        let readings = Readings { motor: Some(1e-10), ..Readings::default() };
+        let both = vec![readings.clone(), Readings::default()];
+        [
+            System::new(both, &[&joint, &base], &[mobility.to_vec()], samples, 1e-3),
+            System::new(vec![readings], &[&joint], &[vec![mobility[0]]], samples, 1e-3),
+        ]
+    }
+
+    // The base has no sensor: what the joint shows tells how it swings.
+    #[test]
+    fn innovations_beside_a_hinge_are_white_if_it_swings_in_the_filter() {
+        let systems = swinging(16_000);
+        let (read, _) = readings(&systems[0]);
+        let square = |system: System| {
+            let n = system.joints.len();
+            let gains = Kalman { system: &system, group: 0..n, noise: &[1.0] }.gains();
+            let filters = Filters { system, groups: vec![(0..n, gains)], every: 16 };
+            let shown = |joint: usize, k: usize| if joint == 0 { read[k] } else { 0.0 };
+            let rows = filters.rows(one_by_one(|joint, k| ([[0.0]; 2], [[shown(joint, k)], [0.0], [0.0]])));
+            let z: Vec<f64> = rows[0][0][60..].iter().map(|[z]| *z).collect();
+            z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64
+        };
+        let [with, without] = systems.map(square);
+        assert!((with - 1.0).abs() < 0.15 && without > 1.5, "{with} {without}");
+    }
+
     #[test]
     fn a_joint_over_holds_does_what_its_filter_does() {
-        let readings = Readings { motor: 1e-10, gear: Some(0.1), ..Readings::default() };
+        let readings = Readings { motor: Some(1e-10), gear: Some(0.1), ..Readings::default() };
         let system = system_of(800, readings);
         let gains = Kalman { system: &system, group: 0..1, noise: &[1.0] }.gains();
         let filters = Filters { system, groups: vec![(0..1, gains)], every: 16 };
@@ -306,7 +345,8 @@ mod tests {
     #[test]
     fn a_torque_behind_the_gear_is_worth_the_position_it_shows() {
         let one = system(2000);
-        let two = system_of(2000, Readings { motor: 2e-10, gear: Some(2e-10 * 1e8), ..Readings::default() });
+        let two =
+            system_of(2000, Readings { motor: Some(2e-10), gear: Some(2e-10 * 1e8), ..Readings::default() });
         let (read, _) = readings(&one);
         let smoothed = |system: &System, input: &(dyn Fn(usize) -> [f64; 3] + Sync)| {
             let kalman = Kalman { system, group: 0..1, noise: &[1.0] };
@@ -355,7 +395,7 @@ mod tests {
     #[test]
     fn readings_that_step_alike_tell_once() {
         let uncertain = |alike: Vec<f32>| {
-            let mut readings = Readings { motor: 1e-10, ..Readings::default() };
+            let mut readings = Readings { motor: Some(1e-10), ..Readings::default() };
             readings.alike[0] = alike.into();
             let system = system_of(1000, readings);
             let kalman = Kalman { system: &system, group: 0..1, noise: &[0.1] };

@@ -76,7 +76,7 @@ impl Gains {
 }
 
 /// Inputs of one sample.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Input {
     /// Torque of the hold that follows.
     pub torque: f64,
@@ -91,7 +91,7 @@ const START: [f64; 2] = [1e-3, 0.1];
 // Noise of a link's torque as a share of its motor's; a link that is lighter than its rotor would answer to it more than the
 // rotor does to its own.
 const LINK_SHARE: f64 = 0.04;
-// Both while a link that no sensor shows is led to where it may have started: no torque is known there.
+// Both while a link or a hinge that no sensor shows is led to where it may have started: no torque is known there.
 const LED: [f64; 2] = [30.0, 30.0];
 
 /// What one reading adds to the likelihood of a log.
@@ -107,7 +107,7 @@ pub(super) struct Told {
 pub(super) struct Kalman<'a> {
     pub system: &'a System,
     pub group: Range<usize>,
-    /// Standard deviation of the torque noise of every joint of the system.
+    /// Standard deviation of the torque noise of every joint of the system; a hinge has none.
     pub noise: &'a [f64],
 }
 
@@ -351,14 +351,18 @@ impl Kalman<'_> {
     fn step<const D: usize, const S: usize>(&self, k: usize) -> Step<D> {
         let (mut turned, mut pushes) = ([[0.0; D]; D], [[0.0; D]; 2 * GROUP]);
         self.system.step::<D, S>(self.group.clone(), k, &mut turned, &mut pushes);
+        // No torque acts on a hinge by itself.
+        let most = self.noise.iter().copied().fold(0.0, f64::max);
         let variance = std::array::from_fn(|m| {
             let Some(joint) = self.joints().get(m / 2) else { return 0.0 };
             let is_led = k < self.system.led && joint.readings.is_led();
             let shares = if is_led { LED } else { [1.0, LINK_SHARE * joint.lightness] };
             // Motor and link in turn.
-            let is_unsure = self.system.unsure_friction && m % 2 == 0;
+            let own = self.noise.get(self.group.start + m / 2).copied();
+            let noise = own.unwrap_or(if is_led { most } else { 0.0 });
+            let is_unsure = own.is_some() && self.system.unsure_friction && m % 2 == 0;
             let unsure = if is_unsure { f64::from(joint.unsure[k]) } else { 0.0 };
-            (self.noise[self.group.start + m / 2] * shares[m % 2]).powi(2) + unsure.powi(2)
+            (noise * shares[m % 2]).powi(2) + unsure.powi(2)
         });
         Step { turned, pushes, variance }
     }
@@ -502,7 +506,7 @@ mod tests {
             let linear = Linear { rate, motor: mobility, link: mobility, push, ..Linear::default() };
             [linear; 40]
         });
-        let readings = Readings { motor: 1e-10, ..Readings::default() };
+        let readings = Readings { motor: Some(1e-10), ..Readings::default() };
         let system =
             System::new(vec![readings; 2], &[&linear[0], &linear[1]], &[mobility.to_vec()], 40, 1e-3);
         let kalman = Kalman { system: &system, group: 0..2, noise: &[0.5, 0.2] };
@@ -523,7 +527,7 @@ mod tests {
     #[test]
     fn friction_that_is_unsure_adds_to_the_noise() {
         let linear = Linear { motor: 0.5, ..Linear::default() };
-        let readings = Readings { motor: 1e-10, ..Readings::default() };
+        let readings = Readings { motor: Some(1e-10), ..Readings::default() };
         let mut system = System::new(vec![readings], &[&[linear; 40]], &[vec![0.5]], 40, 1e-3);
         let white = |system: &System, noise: f64| -> Vec<f64> {
             let gains = Kalman { system, group: 0..1, noise: &[noise] }.gains();
@@ -550,7 +554,7 @@ mod tests {
     #[test]
     fn slip_moves_the_motor() {
         let linear = Linear { motor: 1.0, ..Linear::default() };
-        let readings = Readings { motor: 1e12, ..Readings::default() };
+        let readings = Readings { motor: Some(1e12), ..Readings::default() };
         let system = System::new(vec![readings], &[&[linear; 10]], &[vec![1.0]], 10, 1e-3);
         let kalman = Kalman { system: &system, group: 0..1, noise: &[1e-9] };
         let input = |_, _| Input { torque: 0.0, slip: 1e-6, read: [0.0; SENSORS] };

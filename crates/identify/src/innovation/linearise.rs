@@ -7,6 +7,7 @@ use sinew_model::Scalar;
 use sinew_plant::{Dynamics, ImposedOut, LinkState, Plant};
 use sinew_rigid::{Bodies, Scratch, mass_matrix_with};
 
+use super::kalman::GROUP;
 use super::step::Linear;
 use crate::freedom::{Freedom, Links, Springs};
 use crate::least_squares::Normal;
@@ -20,13 +21,15 @@ pub(super) struct Along {
     pub predicted: Vec<Vec<f64>>,
     /// Motor torques there as they act; empty of other channels.
     pub acting: Vec<Vec<f64>>,
-    /// Equations by degree of freedom and hold.
+    /// Equations by degree of freedom and hold; behind those of the robot's own joints those of its hinges.
     pub linear: Vec<Vec<Linear>>,
+    /// Hinges that swing with the joints.
+    pub hinges: usize,
     /// Where the links are; none of joints that move with their motor.
     pub links: Links,
     /// By how much the mean motor torque over a hold differs from that in its middle, by degree of freedom and hold.
     pub hold_means: Vec<Vec<f64>>,
-    /// Inverse inertia, by rows, at every [`INERTIA_EVERY`]th hold.
+    /// Inverse inertia, by rows, of joints and hinges at every [`INERTIA_EVERY`]th hold.
     pub mobility: Vec<Vec<f64>>,
     /// The drives, by degree of freedom.
     pub drives: Vec<Actuation<f64>>,
@@ -52,6 +55,7 @@ const TOGETHER: usize = 512;
 /// ```text
 /// free joint        B θ̈̃ = δτ − ∂τ_m x̃,   push = ∂(τ_j + f_link) x̃ + δτ_ℓ
 /// imposed joint     push = δτ − ∂τ_m x̃
+/// hinge             push = ∂f_link x̃
 /// bodies            q̈̃ = (M + B_imposed)⁻¹ push
 /// ```
 pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Channel]) -> Along {
@@ -95,7 +99,7 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
         (before, ()) = rayon::join(walked, || equations.extend(&before));
     }
     equations.extend(&before);
-    let Linearisation { mobility, linear, mut hold_means, drags, .. } = equations;
+    let Linearisation { mobility, linear, mut hold_means, drags, hinges, .. } = equations;
     let acting = series.acting(&walk.dynamics);
     let predicted = series.logged(&walk.dynamics, record.scales.step()).channels;
     for (((means, drags), link), gear) in hold_means.iter_mut().zip(&drags).zip(&links).zip(&gears) {
@@ -111,7 +115,7 @@ pub(super) fn along(plant: &Plant, p: &[f64], record: &Record, channels: &[Chann
         |sensor, i: usize| (walk.dynamics.reading(sensor)[i].delay / record.scales.step()).round() as isize;
     let late =
         joints.iter().map(|&i| [Sensor::JointPosition, Sensor::JointTorque].map(|s| late(s, i))).collect();
-    Along { predicted, acting, linear, links, hold_means, mobility, drives, late }
+    Along { predicted, acting, linear, hinges: hinges.len(), links, hold_means, mobility, drives, late }
 }
 
 // h²/24 τ̈_m of a damper whose motor's velocity is the mean of the hold, its link's that in the middle:
@@ -149,6 +153,7 @@ struct Instant {
 struct Linearisation<'a> {
     record: &'a Record,
     freedom: &'a Freedom,
+    hinges: Vec<usize>,
     dynamics: Dynamics<'a, f64>,
     dual: Dual<'a>,
     // At every so many holds.
@@ -161,7 +166,7 @@ struct Linearisation<'a> {
 
 impl<'a> Linearisation<'a> {
     fn new(plant: &'a Plant, p: &[f64], record: &'a Record, freedom: &'a Freedom) -> Self {
-        let (nv, joints) = (plant.model().nv, plant.joints().len());
+        let (nv, joints, hinges) = (plant.model().nv, plant.joints().len(), hinges(plant));
         let constants: Vec<Derivative> = p.iter().map(|&x| Derivative::constant(x)).collect();
         let mut dual = Dual {
             dynamics: Dynamics::new(plant, &constants),
@@ -180,7 +185,8 @@ impl<'a> Linearisation<'a> {
             dynamics: Dynamics::new(plant, p),
             dual,
             mobility: Vec::with_capacity(record.len().div_ceil(INERTIA_EVERY)),
-            linear: rooms(joints, record.len()),
+            linear: rooms(joints + hinges.len(), record.len()),
+            hinges,
             hold_means: rooms(joints, record.len()),
             drags: rooms(joints, record.len()),
         }
@@ -191,14 +197,19 @@ impl<'a> Linearisation<'a> {
         let (record, freedom) = (self.record, self.freedom);
         let (imposed, h) = (&freedom.imposed, record.scales.step());
         let joints = self.dynamics.plant().joints();
+        let bodies = joints.len() + self.hinges.len();
         for instant in instants {
             if self.linear.first().is_some_and(|holds| holds.len().is_multiple_of(INERTIA_EVERY)) {
-                self.mobility.push(mobilities(&self.dynamics, &instant.x.q, imposed));
+                self.mobility.push(mobilities(&self.dynamics, &instant.x.q, imposed, &self.hinges));
             }
+            let own = |body: usize| self.mobility.last().map_or(0.0, |m| m[body * bodies + body]);
             self.dual.evaluate(instant, freedom, h * record.scales.every as f64);
+            for (body, &i) in self.hinges.iter().enumerate() {
+                let body = joints.len() + body;
+                self.linear[body].push(self.dual.linear_hinge(i, own(body)));
+            }
             for (joint, &i) in joints.iter().enumerate() {
-                let own = self.mobility.last().map_or(0.0, |m| m[joint * joints.len() + joint]);
-                self.linear[joint].push(self.dual.linear(i, imposed[i], own));
+                self.linear[joint].push(self.dual.linear(i, imposed[i], own(joint)));
                 let mean = self.dual.hold_mean(i, imposed[i], freedom.parts > 1, instant.qdd[i], h);
                 self.hold_means[joint].push(mean);
                 self.drags[joint].push(self.dual.out.tau_m[i].derivative[LINK[1]]);
@@ -299,11 +310,30 @@ impl Dual<'_> {
         }
         linear
     }
+
+    // A hinge is one body; forces hold it alone.
+    fn linear_hinge(&self, dof: usize, mobility: f64) -> Linear {
+        let force = self.dynamics.link_force()[dof].derivative;
+        let push = [force[LINK[0]], force[LINK[1]], 0.0, 0.0];
+        Linear {
+            rate: push.map(|push| mobility * push),
+            motor: mobility,
+            link: mobility,
+            push,
+            ..Linear::default()
+        }
+    }
 }
 
-// Inverse of the inertia of the links, with the motors of imposed joints, by rows; of virtual joints only what they give
-// way counts.
-fn mobilities(dynamics: &Dynamics<f64>, q: &[f64], imposed: &[bool]) -> Vec<f64> {
+// Hinges: virtual joints, of bending links and of effects that swing, as many as are carried along with the joints; of more
+// only what they give way counts.
+fn hinges(plant: &Plant) -> Vec<usize> {
+    let hinges = (0..plant.model().nv).filter(|&dof| !plant.driven()[dof]);
+    hinges.take(GROUP.saturating_sub(plant.joints().len())).collect()
+}
+
+// Inverse of the inertia of the links, with the motors of imposed joints, by rows, for joints and hinges.
+fn mobilities(dynamics: &Dynamics<f64>, q: &[f64], imposed: &[bool], hinges: &[usize]) -> Vec<f64> {
     let (plant, coefficients) = (dynamics.plant(), dynamics.coefficients());
     let nv = imposed.len();
     let rotor = |i: usize| if imposed[i] { coefficients.rotor[i] } else { 0.0 };
@@ -315,12 +345,12 @@ fn mobilities(dynamics: &Dynamics<f64>, q: &[f64], imposed: &[bool]) -> Vec<f64>
         armature: &armature,
     };
     let mut mass = vec![0.0; nv * nv];
-    let joints = || plant.joints().iter().copied();
+    let all = || plant.joints().iter().chain(hinges).copied();
     mass_matrix_with(&bodies, &mut Scratch::new(plant.model()), q, &mut mass);
     let Some(normal) = Normal::new(&Mat::from_fn(nv, nv, |i, j| mass[i * nv + j])) else {
         let alone = |i: usize, j: usize| if i == j { 1.0 / mass[i * (nv + 1)].max(1e-9) } else { 0.0 };
-        return joints().flat_map(|i| joints().map(move |j| alone(i, j))).collect();
+        return all().flat_map(|i| all().map(move |j| alone(i, j))).collect();
     };
     let inverse = &normal.solve_many(&Mat::<f64>::identity(nv, nv));
-    joints().flat_map(|i| joints().map(move |j| inverse[(i, j)])).collect()
+    all().flat_map(|i| all().map(move |j| inverse[(i, j)])).collect()
 }

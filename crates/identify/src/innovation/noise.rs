@@ -11,14 +11,14 @@ impl Pass<'_> {
     /// Torque noise of every joint by maximum likelihood on samples that move, of each with the others as they are, from
     /// above; `before`: what the last pass found.
     pub(super) fn torque_noise(&self, before: Option<&[f64]>) -> Vec<f64> {
-        let groups = self.form.groups();
+        let groups = self.groups();
         let found: Vec<Vec<f64>> =
             groups.into_par_iter().map(|group| Likelihood::new(self, group).noise(before)).collect();
         found.concat()
     }
 }
 
-// The likelihood of the noise of a group of joints.
+// The likelihood of the noise of a group of joints and hinges.
 struct Likelihood<'a> {
     pass: &'a Pass<'a>,
     group: Range<usize>,
@@ -33,6 +33,11 @@ impl<'a> Likelihood<'a> {
         };
         let of_run = |run| pass.form.joints.iter().map(|joint| fastest(run, joint.dof)).collect();
         Self { pass, group, moving: (0..pass.records.len()).map(of_run).collect() }
+    }
+
+    // Those of the group that have noise.
+    fn joints(&self) -> Range<usize> {
+        self.pass.form.joints_of(&self.group)
     }
 
     // Samples of each run that may count.
@@ -89,9 +94,9 @@ impl<'a> Likelihood<'a> {
     // All of them together, then each by itself; a joint whose noise fell far may let that of the others fall.
     fn noise(&self, before: Option<&[f64]>) -> Vec<f64> {
         let mut left = vec![0.0; self.pass.form.joints.len()];
-        self.group.clone().for_each(|joint| left[joint] = self.left(joint));
+        self.joints().for_each(|joint| left[joint] = self.left(joint));
         let together = |x: f64| -> Vec<f64> { left.iter().map(|n| x * n).collect() };
-        let is_alone = self.group.len() == 1;
+        let is_alone = self.joints().len() == 1;
         let kept = before.filter(|_| !is_alone).and_then(|before| {
             let (here, of_left) = rayon::join(|| self.blocks(before), || self.misfit(&left));
             (sum(&here) < of_left).then(|| (before.to_vec(), here))
@@ -100,7 +105,7 @@ impl<'a> Likelihood<'a> {
             let mut noise = together(lowest(HIGHEST, |x| self.misfit(&together(x))));
             for _ in 1..if is_alone { 1 } else { SWEEPS } {
                 let found = self.each(&noise, &self.blocks(&noise), |near| near.lowest(sum));
-                noise[self.group.clone()].copy_from_slice(&found);
+                noise[self.joints()].copy_from_slice(&found);
             }
             let here = self.blocks(&noise);
             (noise, here)
@@ -120,7 +125,7 @@ impl<'a> Likelihood<'a> {
                 rayon::join(|| self.with(noise, joint, RATIO), || self.with(noise, joint, 1.0 / RATIO));
             found(Near { likelihood: self, noise, joint, more, here, less })
         };
-        self.group.clone().into_par_iter().map(of_joint).collect()
+        self.joints().into_par_iter().map(of_joint).collect()
     }
 
     // With so many times the noise of one joint.

@@ -9,7 +9,7 @@ use sinew_plant::Plant;
 
 use super::Innovation;
 use super::filter::Filters;
-use super::kalman::{Input, Kalman, Smoothed, Told};
+use super::kalman::{GROUP, Input, Kalman, Smoothed, Told};
 use super::linearise::{Along, along};
 use super::motion::{Even, Motion, where_holds_meet};
 use super::rows::{Innovations, JointChannels, deviation_readings, read_late};
@@ -154,9 +154,9 @@ impl<'a> Pass<'a> {
         self.systems.iter_mut().for_each(|system| system.unsure_friction = is_unsure);
     }
 
-    /// Measured minus predicted of one joint at a sample.
+    /// Measured minus predicted of one joint at a sample; nothing of a hinge.
     pub fn input(&self, run: usize, joint: usize, k: usize) -> Input {
-        self.inputs[run][joint][k]
+        self.inputs[run].get(joint).map_or(Input::default(), |of_joint| of_joint[k])
     }
 
     /// The motions with the smoothed deviation added, and −2 log likelihood without it. Friction near rest takes a motor
@@ -204,7 +204,8 @@ impl<'a> Pass<'a> {
         run: usize,
         work: impl FnOnce(&mut dyn FnMut(usize, usize, Told)) -> T,
     ) -> (T, Vec<Tally>) {
-        let (first, mut tallies) = (kalman.group.start, vec![Tally::default(); kalman.group.len()]);
+        let joints = self.form.joints_of(&kalman.group);
+        let (first, mut tallies) = (joints.start, vec![Tally::default(); joints.len()]);
         let found = work(&mut |joint, k, told: Told| {
             if self.counts(run, k) {
                 let tally = &mut tallies[joint - first];
@@ -267,9 +268,17 @@ impl<'a> Pass<'a> {
         Misfits(misfits.into_iter().map(|groups| groups.concat()).collect())
     }
 
+    /// Joints and hinges whose covariance is carried along together: all that may be, since the torque noise of one moves the others.
+    /// Of more, groups as alike in size as may be, the larger ones nearer to the tip, where light links move each other most.
+    pub fn groups(&self) -> Vec<Range<usize>> {
+        let n = self.systems.first().map_or(0, |system| system.joints.len());
+        let count = n.div_ceil(GROUP).max(1);
+        (0..count).map(|group| group * n / count..(group + 1) * n / count).collect()
+    }
+
     // What `work` gives for each group of joints in each run.
     fn of_each_group<T: Send>(&self, noise: &[f64], work: impl Fn(Kalman, usize) -> T + Sync) -> Vec<Vec<T>> {
-        let groups = self.form.groups();
+        let groups = self.groups();
         let of_run = |run: usize| {
             let kalman =
                 |group: &Range<usize>| Kalman { system: &self.systems[run], group: group.clone(), noise };
@@ -308,7 +317,7 @@ impl<'a> Pass<'a> {
         commanded: Option<&[Vec<Vec<f64>>]>,
         (plant, p): (&Plant, &[f64]),
     ) -> (Vec<Record>, Vec<Record>, Vec<f64>) {
-        let groups = self.form.groups();
+        let groups = self.groups();
         let Self { form, torques, motions, records, systems, hold_means, links, late, .. } = self;
         let measures = (&motions, hold_means, links, late);
         let runs = 0..records.len();

@@ -15,7 +15,7 @@ use crate::series::{Predicted, Which};
 #[derive(Debug, Clone)]
 pub(crate) struct Innovations {
     pub(super) filters: Filters,
-    /// By joint of the filters.
+    /// By joint of the filters; hinges, which have none, stand behind.
     pub(super) joints: Vec<JointChannels>,
     pub(super) channels: usize,
     /// Samples by which what is behind the gears is read late, by degree of freedom.
@@ -87,7 +87,7 @@ impl Innovations {
             part.extend(range.map(|k| in_hold(met(holds), k, |m| samples[m - reach.start])));
         };
         let fill = |joint: usize, first: usize, inputs: &mut [Inputs<W>]| {
-            let JointChannels { dof, torque, position, gear } = self.joints[joint];
+            let Some(&JointChannels { dof, torque, position, gear }) = self.joints.get(joint) else { return };
             let range = first..first + inputs.len();
             in_holds(Which::Channel(torque), range.clone(), &mut part);
             inputs.iter_mut().zip(&part).for_each(|((torques, _), x)| torques[0] = *x);
@@ -112,7 +112,7 @@ impl Innovations {
     /// middle.
     pub(super) fn measured(&self, even: &Even, motion: &Motion, means: &[Vec<f64>]) -> Vec<f64> {
         let input = |joint: usize, k: usize| {
-            let channels = self.joints[joint];
+            let Some(&channels) = self.joints.get(joint) else { return ([[0.0]; 2], [[0.0]; SENSORS]) };
             let JointChannels { dof, torque, .. } = channels;
             let read = deviation_readings(even, motion, channels, self.late[dof], k);
             ([[even.torque[torque][k] - means[dof][k]], [0.0]], read.map(|x| [x]))

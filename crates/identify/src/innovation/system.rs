@@ -13,8 +13,8 @@ use crate::record::START;
 /// How well the sensors of a joint are read.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Readings {
-    /// Variance of a reading of the motor's position.
-    pub motor: f64,
+    /// Variance of a reading of the motor's position; a hinge has no motor.
+    pub motor: Option<f64>,
     /// The same of the link's, where it has an encoder.
     pub link: Option<f64>,
     /// The same of the torque behind the gear, where it is measured and a spring stands there.
@@ -30,9 +30,13 @@ pub(super) struct Readings {
 pub(super) type Alike = Arc<[f32]>;
 
 impl Readings {
-    /// True if nothing shows where a link on a spring is.
+    /// True if nothing shows where a link on a spring, or a hinge, is.
     pub fn is_led(&self) -> bool {
-        self.shown == 2 && self.link.is_none() && self.gear.is_none()
+        self.is_hinge() || self.shown == 2 && self.link.is_none() && self.gear.is_none()
+    }
+
+    fn is_hinge(&self) -> bool {
+        self.motor.is_none()
     }
 }
 
@@ -68,7 +72,7 @@ pub(super) struct Sensor {
     pub variance: f64,
 }
 
-/// The equations of a joint along a run.
+/// The equations of a joint, or of a hinge, along a run.
 #[derive(Debug, Clone)]
 pub(super) struct Joint {
     pub readings: Readings,
@@ -98,7 +102,7 @@ struct Coupling {
     link: Vec<[f32; 2]>,
 }
 
-/// The equations of all joints, their bodies coupled.
+/// The equations of all joints and, behind them, of all hinges, their bodies coupled.
 #[derive(Debug, Clone)]
 pub(super) struct System {
     pub joints: Vec<Joint>,
@@ -360,10 +364,10 @@ impl Joint {
             let samples = alike[which].get(k).map_or(1.0, |n| f64::from(*n));
             Sensor { which, shown, variance: variance * samples }
         };
-        let motor = sensor(0, Shown::State(0), motor);
+        let motor = motor.as_ref().map(|variance| sensor(0, Shown::State(0), variance));
         let link = link.as_ref().map(|variance| sensor(1, Shown::State(*shown), variance));
         let gear = gear.as_ref().map(|variance| sensor(2, Shown::Sum(self.gear[k]), variance));
-        [motor].into_iter().chain(link).chain(gear)
+        motor.into_iter().chain(link).chain(gear)
     }
 
     /// True if its link moves with its motor.
@@ -373,7 +377,8 @@ impl Joint {
 
     // How many it has.
     fn sensor_count(&self) -> usize {
-        1 + usize::from(self.readings.link.is_some()) + usize::from(self.readings.gear.is_some())
+        let Readings { motor, link, gear, .. } = &self.readings;
+        [motor, link, gear].into_iter().filter(|sensor| sensor.is_some()).count()
     }
 }
 
@@ -395,7 +400,7 @@ mod tests {
         let push = [-30.0, -2.0, 0.0, 0.0];
         let (rate, motor, link) = (push.map(|p| mobility[3] * p), mobility[3], mobility[3]);
         let rigid = Linear { rate, motor, link, push, ..Linear::default() };
-        let readings = [2, 0].map(|shown| Readings { motor: 1e-10, shown, ..Readings::default() });
+        let readings = [2, 0].map(|shown| Readings { motor: Some(1e-10), shown, ..Readings::default() });
         System::new(readings.to_vec(), &[&[elastic], &[rigid]], &[mobility.to_vec()], 1, period)
     }
 
