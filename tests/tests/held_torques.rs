@@ -123,3 +123,17 @@ fn a_slow_log_of_springs_tells_them_as_exactly_as_it_can() {
         assert!(spring.distance_to_floor < 1.5);
     }
 }
+
+// A controller of 250 Hz holds each torque that it logs; of a fast one that logs every fourth nobody knows those between.
+#[test]
+fn a_slow_log_is_taken_for_held_if_no_more_than_noise_is_left() {
+    let arm = one_joint();
+    for (period, every, residual) in [(4e-3, 1, "innovation"), (1e-3, 4, "imposed")] {
+        let case = null_case(&arm, Conditions { period, every, ..Conditions::FULL }, 300_010);
+        let runs = measure(&arm, &case).unwrap();
+        let diagnosis = diagnose(&case.model, &CATALOGUE, &runs, &Options::default()).unwrap();
+        println!("every {every}: {}, {}", diagnosis.verdict, diagnosis.scope);
+        assert!(diagnosis.scope.contains(&format!("residual: {residual}")));
+        assert_eq!(diagnosis.verdict, Verdict::Adequate);
+    }
+}

@@ -2,7 +2,7 @@
 
 use sinew_data::Run;
 use sinew_effect::{Catalogue, Sensor};
-use sinew_model::Robot;
+use sinew_model::{EffectSpec, Robot};
 use sinew_plant::Plant;
 
 use crate::before;
@@ -141,7 +141,9 @@ fn worked<T>(
     let mut begun = Analysis { robot, prepared: &prepared, suspicions, episodes, why, first: None };
     let look = || FirstLook::of(robot, catalogue, runs, &prepared, options);
     let look = (suits && aim == Aim::Search).then(look).flatten();
-    let innovation = if suits { about_base(robot, catalogue, runs, &prepared, look.as_ref())? } else { None };
+    let may_suit = suits || (options.residual.is_none() && may_be_held(robot, &prepared));
+    let about_base = || about_base(robot, catalogue, runs, &prepared, look.as_ref());
+    let innovation = if may_suit { about_base()? } else { None };
     if let Some(innovation) = innovation {
         let records = innovation.present().motion();
         let own = Problem { form: &innovation, ..problem };
@@ -149,6 +151,12 @@ fn worked<T>(
             .filtered_by(innovation.present().records())
             .told_by(Some(&search))
             .after(look.as_ref());
+        if !suits {
+            if !are_held(&about, prepared.base_specs(robot, catalogue))? {
+                return work(&mut search, &begun);
+            }
+            begun.why = HELD;
+        }
         begun.first = look.as_ref().map(FirstLook::told);
         about.refusals.extend(look.iter().flat_map(FirstLook::refusals));
         let worked = work(&mut about, &begun)?;
@@ -165,10 +173,28 @@ fn worked<T>(
     work(&mut search, &begun)
 }
 
+// True if nothing is known of the torques between the samples: they may have been held.
+fn may_be_held(robot: &Robot, prepared: &Prepared) -> bool {
+    is_fast(prepared)
+        && prepared.scales.parts > 1
+        && Innovation::impossible(robot, &prepared.sensors).is_none()
+}
+
+// True if the fitted base leaves so little that the torques are what the residual takes them for.
+fn are_held(search: &Search, specs: Vec<EffectSpec>) -> Result<bool, IdentifyError> {
+    Ok(search.base(specs)?.reference.is_some_and(|reference| reference.takes_torques_as_held))
+}
+
+fn is_fast(prepared: &Prepared) -> bool {
+    1.0 / prepared.scales.period >= 0.99 * FAST
+}
+
 // Sample rate, Hz, from which the torque noise of single samples tells on the encoders.
 const FAST: f64 = 200.0;
 
 const SUITED: &str = "motor torque and encoders at 200 Hz or more: their noise is treated together";
+const HELD: &str =
+    "motor torques act as they were logged, held from sample to sample, with no more than their noise";
 const DROWNED: &str =
     "the innovation residual finds more torque noise than there is torque: a misfit passes for noise";
 const SLOW: &str =
@@ -228,7 +254,7 @@ fn drowned(prepared: &Prepared, noise: &[f64]) -> Vec<bool> {
 
 // Why the innovation residual does not suit the runs; none if it does.
 fn unsuited(robot: &Robot, prepared: &Prepared) -> Option<&'static str> {
-    if 1.0 / prepared.scales.period < 0.99 * FAST {
+    if !is_fast(prepared) {
         return Some("the log is too slow for torque noise to show in it sample by sample");
     }
     if prepared.scales.parts > 1 {
