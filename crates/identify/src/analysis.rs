@@ -65,7 +65,8 @@ pub(crate) enum Aim {
     Fit,
 }
 
-/// Does `work` with a search of the runs. Where a misfit passed for torque noise in every joint, or in one and nothing is named,
+/// Does `work` with a search of the runs. Where springs swing between the samples of a fast log, its torques are asked first whether
+/// they were held. Where a misfit passed for torque noise in every joint, or in one and nothing is named,
 /// the work is done once more with the imposed residual; where all that is left is confined to episodes, once more without them. Where one stands
 /// out of what the base leaves, the work is tried without it, too: what acts once bends a model so far that the rest fits no
 /// longer, or that another law passes for it.

@@ -352,14 +352,15 @@ impl Kalman<'_> {
         let (mut turned, mut pushes) = ([[0.0; D]; D], [[0.0; D]; 2 * GROUP]);
         self.system.step::<D, S>(self.group.clone(), k, &mut turned, &mut pushes);
         // No torque acts on a hinge by itself.
-        let most = self.noise.iter().copied().fold(0.0, f64::max);
+        let of_hinge =
+            |is_led: bool| if is_led { self.noise.iter().copied().fold(0.0, f64::max) } else { 0.0 };
         let variance = std::array::from_fn(|m| {
             let Some(joint) = self.joints().get(m / 2) else { return 0.0 };
             let is_led = k < self.system.led && joint.readings.is_led();
             let shares = if is_led { LED } else { [1.0, LINK_SHARE * joint.lightness] };
             // Motor and link in turn.
             let own = self.noise.get(self.group.start + m / 2).copied();
-            let noise = own.unwrap_or(if is_led { most } else { 0.0 });
+            let noise = own.unwrap_or_else(|| of_hinge(is_led));
             let is_unsure = own.is_some() && self.system.unsure_friction && m % 2 == 0;
             let unsure = if is_unsure { f64::from(joint.unsure[k]) } else { 0.0 };
             (noise * shares[m % 2]).powi(2) + unsure.powi(2)
