@@ -1,7 +1,7 @@
 //! Diagnoses one case of the suite and prints everything.
 //!
 //! ```text
-//! cargo run --release -p sinew-tests --example case -- 1|2|6 EFFECT[+EFFECT]|CAUSE|nothing SEED [full|motor|current|link|all [fine|coarse [SIZE [imposed|innovation]]]] [stated]
+//! cargo run --release -p sinew-tests --example case -- 1|2|6[-rigid] EFFECT[+EFFECT]|CAUSE|nothing SEED [full|motor|current|link|all [fine|coarse [SIZE [imposed|innovation]]]] [stated]
 //! cargo run --release -p sinew-tests --example case -- drawn SEED [EFFECT|nothing] [full|motor|current|link|all] [imposed|innovation] [stated]
 //! cargo run --release -p sinew-tests --example case -- described FILE.urdf SEED [EFFECT] [imposed|innovation] [stated]
 //! cargo run --release -p sinew-tests --example case -- mixed SEED [imposed|innovation] [stated]
@@ -17,7 +17,7 @@ use sinew_tests::{
     mixed_case, null_case,
 };
 
-const USAGE: &str = "usage: case 1|2|6 EFFECT[+EFFECT]|CAUSE|nothing SEED [full|motor|current|link|all [fine|coarse [SIZE [imposed|innovation]]]] [stated]
+const USAGE: &str = "usage: case 1|2|6[-rigid] EFFECT[+EFFECT]|CAUSE|nothing SEED [full|motor|current|link|all [fine|coarse [SIZE [imposed|innovation]]]] [stated]
        case drawn SEED [EFFECT|nothing] [full|motor|current|link|all] [imposed|innovation] [stated]
        case described FILE.urdf SEED [EFFECT] [imposed|innovation] [stated]
        case mixed SEED [imposed|innovation] [stated]";
@@ -101,7 +101,7 @@ fn asked(args: &[String]) -> Option<(Arm, Case)> {
         return Some((arm, case));
     }
     let word = |k: usize, default: &'static str| args.get(k).cloned().unwrap_or(default.to_owned());
-    let arm = Arm::of_joints(args.first()?.parse().ok()?)?;
+    let arm = Arm::named(args.first()?)?;
     let conditions = Conditions::named(&word(3, "full"), &word(4, "fine"))?;
     let seed: u64 = args.get(2)?.parse().ok()?;
     let size = args.get(5).and_then(|a| a.parse().ok()).unwrap_or(1.0);

@@ -2,7 +2,7 @@
 //! nothing.
 //!
 //! ```text
-//! cargo run --release -p sinew-tests --example cost -- 1|2|6 EFFECT|nothing SECONDS...
+//! cargo run --release -p sinew-tests --example cost -- 1|2|6[-rigid] EFFECT|nothing SECONDS...
 //! ```
 
 use std::time::Instant;
@@ -13,10 +13,10 @@ use sinew_tests::{Arm, Case, Conditions, Outside, hidden_effects, measure_for};
 
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
-    let arm = args.first().and_then(|a| Arm::of_joints(a.parse().ok()?));
+    let arm = args.first().and_then(|a| Arm::named(a));
     let lengths: Option<Vec<f64>> = args.iter().skip(2).map(|a| a.parse().ok()).collect();
     let (Some(arm), Some(effect), Some(lengths)) = (arm, args.get(1), lengths) else {
-        return eprintln!("usage: cost 1|2|6 EFFECT|nothing SECONDS...");
+        return eprintln!("usage: cost 1|2|6[-rigid] EFFECT|nothing SECONDS...");
     };
     println!(
         "| log, s | verdict | by the clock, s | processor, s | most memory, MB |\n|---|---|---|---|---|"

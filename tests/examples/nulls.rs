@@ -1,7 +1,7 @@
 //! Prints the statistics of cases in which nothing is hidden: alarms, scores of absent effects, coverage of intervals.
 //!
 //! ```text
-//! cargo run --release -p sinew-tests --example nulls -- JOINTS SENSORS ENCODER FIRST..END [imposed|innovation]
+//! cargo run --release -p sinew-tests --example nulls -- ARM SENSORS ENCODER FIRST..END [imposed|innovation]
 //! cargo run --release -p sinew-tests --example nulls -- drawn FIRST..END [imposed|innovation]
 //! ```
 
@@ -13,7 +13,7 @@ use sinew_tests::{Arm, Conditions, NullCase, null_statistics};
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
     if asked(&args).is_none() {
-        eprintln!("usage: nulls 1|2|6 full|motor fine|coarse FIRST..END [imposed|innovation]");
+        eprintln!("usage: nulls 1|2|6[-rigid] full|motor|all fine|coarse FIRST..END [imposed|innovation]");
         eprintln!("       nulls drawn FIRST..END [imposed|innovation]");
     }
 }
@@ -25,7 +25,7 @@ fn asked(args: &[String]) -> Option<()> {
     let own = if drawn {
         None
     } else {
-        let arm = Arm::of_joints(args.first()?.parse().ok()?)?;
+        let arm = Arm::named(args.first()?)?;
         Some((arm, Conditions::named(args.get(1)?, args.get(2)?)?))
     };
     let residual = args.iter().find_map(|a| match a.as_str() {

@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! cargo run --release -p sinew-tests --example recognition -- effects|pairs|families|foreign|nothing|drawn|described [KEY=VALUE…]
-//!     seeds=FIRST..END   arms=1,2,6   sensors=full,motor,current,link,all   encoders=fine,coarse,fine/10   sizes=1,0.3   only=EFFECT
+//!     seeds=FIRST..END   arms=1,2,6,1-rigid,…   sensors=full,motor,current,link,all   encoders=fine,coarse,fine/10   sizes=1,0.3   only=EFFECT
 //!     (fine/10: every tenth row of the log)
 //!     urdfs=FILE,FILE      (described) arms of these files, a file for each seed in turn, with drives and conditions by chance
 //!     into=docs/recognition.md   as=NAME      the tables go between <!-- NAME --> and <!-- /NAME --> of that page
@@ -33,7 +33,7 @@ fn main() -> Result<(), Failure> {
     let (Some((name, draw, print)), Some(population)) =
         (part, Population::asked(args.get(1..).unwrap_or(&[])))
     else {
-        return Err("usage: recognition effects|pairs|families|foreign|nothing|drawn|described [seeds=0..3] [arms=1,2,6] [sensors=full,motor,current,link,all] [encoders=fine,coarse] [sizes=1] [only=EFFECT] [urdfs=FILE,FILE] [into=PAGE [as=NAME]]".into());
+        return Err("usage: recognition effects|pairs|families|foreign|nothing|drawn|described [seeds=0..3] [arms=1,2,6,1-rigid,…] [sensors=full,motor,current,link,all] [encoders=fine,coarse] [sizes=1] [only=EFFECT] [urdfs=FILE,FILE] [into=PAGE [as=NAME]]".into());
     };
     let tables = population.tables(&args, *draw, *print)?;
     println!("{tables}");
@@ -95,10 +95,7 @@ impl Population {
             return None;
         }
         let (first, end) = word("seeds").unwrap_or("0..3").split_once("..")?;
-        let arms = words("arms", "1,2")
-            .iter()
-            .map(|n| Arm::of_joints(n.parse().ok()?).map(Arc::new))
-            .collect::<Option<_>>()?;
+        let arms = words("arms", "1,2").iter().map(|n| Arm::named(n).map(Arc::new)).collect::<Option<_>>()?;
         let sensors = match word("sensors") {
             Some(list) => {
                 list.split(',').map(|name| Sensors::named(name).map(Some)).collect::<Option<_>>()?

@@ -25,14 +25,18 @@ pub struct Arm {
 pub(crate) const GEAR_RATIO: f64 = 50.0;
 
 impl Arm {
-    /// The arms of the suite, by the number of their joints.
-    pub fn of_joints(joints: usize) -> Option<Self> {
-        match joints {
-            1 => Some(one_joint()),
-            2 => Some(two_joints()),
-            6 => Some(six_joints()),
-            _ => None,
-        }
+    /// The arms of the suite by name: the number of their joints, with `-rigid` behind it without springs.
+    pub fn named(name: &str) -> Option<Self> {
+        let (joints, is_rigid) = name.strip_suffix("-rigid").map_or((name, false), |joints| (joints, true));
+        let mut arm = match joints {
+            "1" => one_joint(),
+            "2" => two_joints(),
+            "6" => six_joints(),
+            _ => return None,
+        };
+        let springs = arm.robot.joints.iter_mut().filter(|_| is_rigid);
+        springs.for_each(|joint| (joint.stiffness, joint.damping) = (None, 0.0));
+        Some(arm)
     }
 }
 

@@ -138,11 +138,11 @@ fn worked<T>(
     let imposed = prepared.form(robot);
     let problem = Problem::new(robot, catalogue, &imposed, options);
     let mut search = Search::new(&problem, &prepared.records, &prepared.sensors);
-    let (suits, why) = suits(robot, &prepared, options)?;
+    let (suits, why) = suits(&prepared, options)?;
     let mut begun = Analysis { robot, prepared: &prepared, suspicions, episodes, why, first: None };
     let look = || FirstLook::of(robot, catalogue, runs, &prepared, options);
     let look = (suits && aim == Aim::Search).then(look).flatten();
-    let may_suit = suits || (options.residual.is_none() && may_be_held(robot, &prepared));
+    let may_suit = suits || (options.residual.is_none() && may_be_held(&prepared));
     let about_base = || about_base(robot, catalogue, runs, &prepared, look.as_ref());
     let innovation = if may_suit { about_base()? } else { None };
     if let Some(innovation) = innovation {
@@ -175,10 +175,8 @@ fn worked<T>(
 }
 
 // True if nothing is known of the torques between the samples: they may have been held.
-fn may_be_held(robot: &Robot, prepared: &Prepared) -> bool {
-    is_fast(prepared)
-        && prepared.scales.parts > 1
-        && Innovation::impossible(robot, &prepared.sensors).is_none()
+fn may_be_held(prepared: &Prepared) -> bool {
+    is_fast(prepared) && prepared.scales.parts > 1 && Innovation::impossible(&prepared.sensors).is_none()
 }
 
 // True if the fitted base leaves so little that the torques are what the residual takes them for.
@@ -202,18 +200,14 @@ const SLOW: &str =
     "the innovation residual takes for torque noise what changes slowly: a misfit passes for noise";
 
 // Whether the innovation residual is taken, and why or why not.
-fn suits(
-    robot: &Robot,
-    prepared: &Prepared,
-    options: &Options,
-) -> Result<(bool, &'static str), IdentifyError> {
-    match (options.residual, Innovation::impossible(robot, &prepared.sensors)) {
+fn suits(prepared: &Prepared, options: &Options) -> Result<(bool, &'static str), IdentifyError> {
+    match (options.residual, Innovation::impossible(&prepared.sensors)) {
         (Some(Residual::Innovation), Some(reason)) => Err(IdentifyError::Question {
             what: format!("these runs have no innovation residual: {reason}"),
             help: "leave --residual out, or say --residual imposed".to_owned(),
         }),
         (Some(asked), _) => Ok((asked == Residual::Innovation, "as asked")),
-        (None, _) => Ok(unsuited(robot, prepared).map_or((true, SUITED), |why| (false, why))),
+        (None, _) => Ok(unsuited(prepared).map_or((true, SUITED), |why| (false, why))),
     }
 }
 
@@ -254,14 +248,14 @@ fn drowned(prepared: &Prepared, noise: &[f64]) -> Vec<bool> {
 }
 
 // Why the innovation residual does not suit the runs; none if it does.
-fn unsuited(robot: &Robot, prepared: &Prepared) -> Option<&'static str> {
+fn unsuited(prepared: &Prepared) -> Option<&'static str> {
     if !is_fast(prepared) {
         return Some("the log is too slow for torque noise to show in it sample by sample");
     }
     if prepared.scales.parts > 1 {
         return Some("springs swing between the samples, where no torque is known");
     }
-    Innovation::impossible(robot, &prepared.sensors)
+    Innovation::impossible(&prepared.sensors)
 }
 
 // Numbers by motor, and their unit after the last of each kind.

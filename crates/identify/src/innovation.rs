@@ -98,12 +98,9 @@ const UNSURE: f64 = 6.0;
 
 impl Innovation {
     /// Why runs with these sensors have no such residual; none if they have one.
-    pub fn impossible(robot: &Robot, sensors: &Sensors) -> Option<&'static str> {
+    pub fn impossible(sensors: &Sensors) -> Option<&'static str> {
         let has = |channel| sensors.channels.contains(&channel);
-        let is_rigid = |c: &Channel| robot.joints[c.dof].stiffness.is_none();
-        if sensors.channels.iter().any(|c| c.sensor == Sensor::JointTorque && is_rigid(c)) {
-            Some("the log has torques of joints without springs")
-        } else if !sensors.moving().all(|dof| has(Channel { sensor: Sensor::MotorTorque, dof })) {
+        if !sensors.moving().all(|dof| has(Channel { sensor: Sensor::MotorTorque, dof })) {
             Some("not every joint that moves has a motor torque")
         } else if sensors.moving().count() > MOST_JOINTS {
             Some("more joints move than are coupled")
@@ -114,7 +111,7 @@ impl Innovation {
 
     /// The form about a kernel's motion to begin with; none where it is impossible.
     pub fn new(robot: &Robot, runs: &[Run], sensors: &Sensors, scales: Scales) -> Option<Self> {
-        if Self::impossible(robot, sensors).is_some() {
+        if Self::impossible(sensors).is_some() {
             return None;
         }
         let channels = sensors.channels.clone();
@@ -122,9 +119,10 @@ impl Innovation {
         let joint = |dof| {
             let torque = find(Sensor::MotorTorque, dof)?;
             let [position, gear] = [Sensor::JointPosition, Sensor::JointTorque].map(|s| find(s, dof));
-            Some(JointChannels { dof, torque, position, gear })
+            let is_rigid = robot.joints[dof].stiffness.is_none();
+            Some(JointChannels { dof, torque, position, gear, is_rigid })
         };
-        let joints = (0..sensors.imposed.len()).filter_map(joint).collect();
+        let joints: Vec<JointChannels> = (0..sensors.imposed.len()).filter_map(joint).collect();
         let (runs, motions): (Vec<Even>, Vec<Motion>) =
             runs.iter().map(|run| Even::new(robot, run, sensors, scales)).unzip();
         let records: Vec<Record> = runs
@@ -132,7 +130,7 @@ impl Innovation {
             .zip(&motions)
             .map(|(run, motion)| run.record(motion, LoggedTorques::default()))
             .collect();
-        let layout = Layout::of(&records, &channels, TRANSIENT, |_, _| 0.0);
+        let layout = layout_of(&records, &channels, &joints, |_, _| 0.0);
         let reference = Reference { records, ..Reference::default() };
         let reference = RwLock::new(Arc::new(reference));
         Some(Self { channels, joints, runs, layout, smooth: motions, reference })
@@ -147,7 +145,7 @@ impl Innovation {
             if run.asks_speed_noise() { Vec::new() } else { speed_noise(record, &noise) }
         };
         let speed_noise: Vec<Vec<f64>> = self.runs.par_iter().zip(&reference.records).map(of_run).collect();
-        self.layout = Layout::of(&reference.records, &self.channels, TRANSIENT, |run, dof| {
+        self.layout = layout_of(&reference.records, &self.channels, &self.joints, |run, dof| {
             let joint = self.joints.iter().position(|j| j.dof == dof);
             joint.and_then(|joint| speed_noise[run].get(joint)).map_or(0.0, |std| UNSURE * std)
         });
@@ -326,6 +324,20 @@ impl Reference {
     pub fn to_make_again(&self) -> Option<&[f64]> {
         self.made_again_by.as_deref().filter(|_| self.records.is_empty())
     }
+}
+
+// Where the rows are. What is behind a rigid gear rests with the motor.
+fn layout_of(
+    records: &[Record],
+    channels: &[Channel],
+    joints: &[JointChannels],
+    unsure: impl Fn(usize, usize) -> f64,
+) -> Layout {
+    let mut layout = Layout::of(records, channels, TRANSIENT, unsure);
+    for joint in joints.iter().filter(|j| j.is_rigid) {
+        joint.gear.iter().for_each(|gear| layout.leave_out_with(joint.torque, *gear));
+    }
+    layout
 }
 
 // How uncertain the velocity of every joint that moves is along a run with frozen filters, under torque noise of this size.

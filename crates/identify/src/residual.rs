@@ -200,6 +200,14 @@ impl Layout {
         layout
     }
 
+    /// Leaves out of a channel what is left out of another.
+    pub fn leave_out_with(&mut self, other: usize, channel: usize) {
+        let first = |c: usize| self.of_channel(c).map(|s| (s.first, s.len)).collect::<Vec<_>>();
+        for ((from, _), (to, len)) in first(other).into_iter().zip(first(channel)) {
+            (0..len).for_each(|k| self.keep[to + k] &= self.keep[from + k]);
+        }
+    }
+
     /// Rows that count.
     pub fn counted(&self) -> f64 {
         self.keep.iter().filter(|k| **k).count() as f64

@@ -137,6 +137,7 @@ impl Filters {
             for ((white, column), sensor) in gains.of_sample(k).skip(before).zip(own.sensors(k)) {
                 let mut e = [0.0; W];
                 take(&mut e, sensor.shown, x);
+                sensor.at_once.get(joint).iter().for_each(|weight| add(&mut e, -**weight, &x[2]));
                 add(&mut sums[sensor.which], white, &e);
                 for (x, gain) in x.iter_mut().zip(&column[first..first + states]) {
                     add(x, f64::from(*gain), &e);
@@ -167,6 +168,10 @@ impl Filters {
                 let Some((white, column)) = gains.next() else { return };
                 let mut e = read[sensor.which];
                 take(&mut e, sensor.shown, &x[i]);
+                if !sensor.at_once.is_empty() {
+                    let torques = sensor.at_once[group.clone()].iter().zip(&*x);
+                    torques.for_each(|(weight, x)| add(&mut e, -weight, &x[2]));
+                }
                 add(&mut sums[sensor.which], white, &e);
                 for (x, gain) in x.iter_mut().flat_map(|x| &mut x[..states]).zip(column) {
                     add(x, f64::from(*gain), &e);
@@ -292,6 +297,61 @@ mod tests {
         };
         let [with, without] = systems.map(square);
         assert!((with - 1.0).abs() < 0.15 && without > 1.5, "{with} {without}");
+    }
+
+    // Two rigid joints that move each other, with rotors, and the torque behind their gears, which shows of each torque at once what
+    // its motor does not take.
+    #[test]
+    fn innovations_behind_rigid_gears_are_white_and_tell_apart_from_the_encoders() {
+        use rand::{Rng, SeedableRng, rngs::SmallRng};
+        let mut random = SmallRng::seed_from_u64(9);
+        let mut normal = || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
+        let (mobility, samples) = ([0.5, -0.3, -0.3, 0.8], 16_000);
+        let passed = [0.6, 0.4];
+        let linear = [0, 1].map(|i| {
+            let (push, mobility) = ([0.0, -1.0, 0.0, 0.0], mobility[3 * i]);
+            let (rate, gear) = (push.map(|p| mobility * p), [0.0, -0.2, passed[i], 0.0]);
+            vec![Linear { rate, motor: mobility, link: mobility, push, gear, ..Linear::default() }; samples]
+        });
+        let at_once = [[0.6, -0.4 * -0.3 / 0.5], [-0.6 * -0.3 / 0.8, 0.4]];
+        let (noise, own) = ([1.0, 0.5f64], 0.3f64);
+        let readings = at_once.map(|weights| {
+            let shown: f64 = weights.iter().zip(noise).map(|(w, n)| (w * n).powi(2)).sum();
+            Readings { motor: Some(1e-14), gear: Some(own * own + shown), ..Readings::default() }
+        });
+        let system =
+            System::new(readings.to_vec(), &[&linear[0], &linear[1]], &[mobility.to_vec()], samples, 1e-3);
+        for (joint, weights) in system.joints.iter().zip(at_once) {
+            assert!(joint.at_once(7).iter().zip(weights).all(|(a, b)| (a - b).abs() < 1e-12));
+        }
+        let mut x = vec![[[0.0]; 4]; 2];
+        let mut read = Vec::new();
+        for k in 0..samples {
+            x.iter_mut().zip(noise).for_each(|(x, noise)| x[2] = [noise * normal()]);
+            read.push([0, 1].map(|i| {
+                let of_torques: f64 = at_once[i].iter().zip(&x).map(|(weight, x)| weight * x[2][0]).sum();
+                [x[i][0][0] + 1e-7 * normal(), 0.0, of_torques - 0.2 * x[i][1][0] + own * normal()]
+            }));
+            let mut next = x.clone();
+            system.advance(0..2, k, |_| &[[0.0]; 2], &x, &mut next);
+            x = next;
+        }
+        let gains = Kalman { system: &system, group: 0..2, noise: &noise }.gains();
+        let filters = Filters { system, groups: vec![(0..2, gains)], every: 1 };
+        let rows = filters.rows(one_by_one(|i, k| ([[0.0]; 2], read[k][i].map(|x| [x]))));
+        let z = |joint: usize, sensor: usize| {
+            rows[joint][sensor][1000..].iter().map(|[z]| *z).collect::<Vec<_>>()
+        };
+        let series = [z(0, 0), z(0, 2), z(1, 0), z(1, 2)];
+        for (i, a) in series.iter().enumerate() {
+            for (j, b) in series.iter().enumerate() {
+                for lag in 0..3 {
+                    let product = a.iter().zip(&b[lag..]).map(|(a, b)| a * b).sum::<f64>() / a.len() as f64;
+                    let want = f64::from(u8::from(i == j && lag == 0));
+                    assert!((product - want).abs() < 0.05, "{i} {j} {lag}: {product}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use super::system::{Joint, SENSORS, Shown, System};
+use super::system::{Joint, SENSORS, Sensor, Shown, System};
 use crate::least_squares::add;
 pub(super) use smoother::Smoothed;
 
@@ -93,6 +93,8 @@ const START: [f64; 2] = [1e-3, 0.1];
 const LINK_SHARE: f64 = 0.04;
 // Both while a link or a hinge that no sensor shows is led to where it may have started: no torque is known there.
 const LED: [f64; 2] = [30.0, 30.0];
+// Least part of the variance that was read behind a rigid gear that is the sensor's own.
+const LEAST_OWN: f64 = 0.1;
 
 /// What one reading adds to the likelihood of a log.
 #[derive(Debug, Clone, Copy)]
@@ -180,7 +182,28 @@ impl Kalman<'_> {
 
     // States of every joint of the group that are carried along: a rigid one has no link of its own.
     fn states(&self) -> usize {
-        if self.joints().iter().all(Joint::is_rigid) { 2 } else { 4 }
+        let has_two = |joint: &Joint| joint.is_rigid() && !joint.readings.shows_noise();
+        if self.joints().iter().all(has_two) { 2 } else { 4 }
+    }
+
+    // Variance of a reading. What was read of that of a torque behind a rigid gear has the torque noise in it that is a state.
+    fn variance(&self, sensor: &Sensor) -> f64 {
+        if sensor.at_once.is_empty() {
+            return sensor.variance;
+        }
+        let noise = sensor.at_once.iter().zip(self.noise).enumerate();
+        let is_state =
+            |joint: usize| self.group.contains(&joint) && self.system.joints[joint].readings.shows_noise();
+        let shown: f64 = noise
+            .filter(|(joint, _)| is_state(*joint))
+            .map(|(_, (weight, noise))| (weight * noise).powi(2))
+            .sum();
+        (sensor.variance - shown).max(LEAST_OWN * sensor.variance)
+    }
+
+    // What a sensor shows at once of the torques of the joints of the group.
+    fn at_once<'s>(&self, sensor: &Sensor<'s>) -> &'s [f64] {
+        sensor.at_once.get(self.group.clone()).unwrap_or_default()
     }
 
     /// The gains of every sensor in every sample, joint by joint.
@@ -220,7 +243,9 @@ impl Kalman<'_> {
         let mut p = self.start::<D, S>();
         for k in 0..self.system.len() {
             for (i, joint) in self.joints().iter().enumerate() {
-                joint.sensors(k).for_each(|s| gain(update::<D, S>(&mut p, i, s.shown, s.variance)));
+                let mut read =
+                    |s: Sensor| gain(update::<D, S>(&mut p, i, s.shown, self.at_once(&s), self.variance(&s)));
+                joint.sensors(k).for_each(&mut read);
             }
             (0..self.group.len()).for_each(|i| variance(k, i, p[S * i + 1][S * i + 1]));
             p = forward(&self.step::<D, S>(k), &p);
@@ -265,6 +290,9 @@ impl Kalman<'_> {
             for s in 0..joint.readings.shown + 2 {
                 p[S * i + s][S * i + s] = START[s % 2] * START[s % 2];
             }
+            if joint.readings.shows_noise() {
+                p[S * i + 2][S * i + 2] = self.torque_variance(i, 0)[0];
+            }
         }
         p
     }
@@ -275,12 +303,12 @@ impl Kalman<'_> {
     }
 
     // The filter over some samples; `read` is given what each sensor reads, `seen` what is known after those of a sample.
-    fn over<const D: usize, const S: usize>(
-        &self,
+    fn over<'s, const D: usize, const S: usize>(
+        &'s self,
         samples: Range<usize>,
         known: &mut Known<D>,
         input: &impl Fn(usize, usize) -> Input,
-        mut read: impl FnMut(usize, Read<D>),
+        mut read: impl FnMut(usize, Read<'s, D>),
         mut seen: impl FnMut(&Known<D>),
     ) {
         for k in samples {
@@ -293,20 +321,22 @@ impl Kalman<'_> {
     }
 
     // One sample's sensors; `told` is given what each reads.
-    fn correct<const D: usize, const S: usize>(
-        &self,
+    fn correct<'s, const D: usize, const S: usize>(
+        &'s self,
         k: usize,
         p: &mut Matrix<D>,
         x: &mut [f64; D],
         input: &impl Fn(usize, usize) -> Input,
-        mut told: impl FnMut(Read<D>),
+        mut told: impl FnMut(Read<'s, D>),
     ) {
         for (i, joint) in self.joints().iter().enumerate() {
             let read = input(self.group.start + i, k).read;
             for sensor in joint.sensors(k) {
-                let gain = update::<D, S>(p, i, sensor.shown, sensor.variance);
-                let e = read[sensor.which] - sensor.shown.of(&x[S * i..S * (i + 1)]);
-                told(Read { joint: i, shown: sensor.shown, gain, e });
+                let at_once = self.at_once(&sensor);
+                let gain = update::<D, S>(p, i, sensor.shown, at_once, self.variance(&sensor));
+                let of_torques: f64 = at_once.iter().enumerate().map(|(j, w)| w * x[S * j + 2]).sum();
+                let e = read[sensor.which] - sensor.shown.of(&x[S * i..S * (i + 1)]) - of_torques;
+                told(Read { joint: i, shown: sensor.shown, at_once, gain, e });
                 for (x, column) in x.iter_mut().zip(gain.column) {
                     *x += column * e;
                 }
@@ -341,7 +371,9 @@ impl Kalman<'_> {
         }
         for (i, joint) in self.group.clone().enumerate() {
             let input = input(joint, k);
-            add(&mut next, input.torque, &step.pushes[2 * i]);
+            let is_state = self.joints()[i].readings.shows_noise();
+            let push = if is_state { &step.turned[S * i + 2] } else { &step.pushes[2 * i] };
+            add(&mut next, input.torque, push);
             next[S * i] += input.slip;
         }
         next
@@ -351,33 +383,47 @@ impl Kalman<'_> {
     fn step<const D: usize, const S: usize>(&self, k: usize) -> Step<D> {
         let (mut turned, mut pushes) = ([[0.0; D]; D], [[0.0; D]; 2 * GROUP]);
         self.system.step::<D, S>(self.group.clone(), k, &mut turned, &mut pushes);
-        // No torque acts on a hinge by itself.
-        let of_hinge =
-            |is_led: bool| if is_led { self.noise.iter().copied().fold(0.0, f64::max) } else { 0.0 };
-        let variance = std::array::from_fn(|m| {
-            let Some(joint) = self.joints().get(m / 2) else { return 0.0 };
-            let is_led = k < self.system.led && joint.readings.is_led();
-            let shares = if is_led { LED } else { [1.0, LINK_SHARE * joint.lightness] };
-            // Motor and link in turn.
-            let own = self.noise.get(self.group.start + m / 2).copied();
-            let noise = own.unwrap_or_else(|| of_hinge(is_led));
-            let is_unsure = own.is_some() && self.system.unsure_friction && m % 2 == 0;
-            let unsure = if is_unsure { f64::from(joint.unsure[k]) } else { 0.0 };
-            (noise * shares[m % 2]).powi(2) + unsure.powi(2)
-        });
+        let mut variance = [0.0; 2 * GROUP];
+        for (i, joint) in self.joints().iter().enumerate() {
+            let mut hold = k;
+            if joint.readings.shows_noise() {
+                // It acts by the third state, from the hold on that begins with the next sample.
+                pushes[2 * i] = [0.0; D];
+                pushes[2 * i][S * i + 2] = 1.0;
+                hold = (k + 1).min(self.system.len() - 1);
+            }
+            variance[2 * i..2 * i + 2].copy_from_slice(&self.torque_variance(i, hold));
+        }
         Step { turned, pushes, variance }
+    }
+
+    // Of the torques on motor and link of a joint of the group over a hold.
+    fn torque_variance(&self, i: usize, hold: usize) -> [f64; 2] {
+        let joint = &self.joints()[i];
+        let is_led = hold < self.system.led && joint.readings.is_led();
+        let shares = if is_led { LED } else { [1.0, LINK_SHARE * joint.lightness] };
+        let Some(noise) = self.noise.get(self.group.start + i) else {
+            // No torque acts on a hinge by itself.
+            let noise = if is_led { self.noise.iter().copied().fold(0.0, f64::max) } else { 0.0 };
+            return shares.map(|share| (noise * share).powi(2));
+        };
+        let [motor, link] = shares.map(|share| (noise * share).powi(2));
+        let unsure = if self.system.unsure_friction { f64::from(joint.unsure[hold]).powi(2) } else { 0.0 };
+        [motor + unsure, link]
     }
 }
 
 // What a sensor of a joint of the group reads in a sample.
-struct Read<const D: usize> {
+struct Read<'s, const D: usize> {
     joint: usize,
     shown: Shown,
+    // Of the torques of the joints of the group.
+    at_once: &'s [f64],
     gain: Gain<D>,
     e: f64,
 }
 
-impl<const D: usize> Read<D> {
+impl<const D: usize> Read<'_, D> {
     // (e/√S)² + ln S
     fn told(&self) -> Told {
         let square = (self.e * self.gain.white).powi(2);
@@ -471,9 +517,10 @@ widest_form! {
         p: &mut Matrix<D>,
         joint: usize,
         shown: Shown,
+        at_once: &[f64],
         variance: f64,
     ) -> Gain<D> {
-        let row = match shown {
+        let mut row = match shown {
             Shown::State(state) => p[S * joint + state],
             Shown::Sum(c) => {
                 let mut row = [0.0; D];
@@ -481,7 +528,9 @@ widest_form! {
                 row
             }
         };
-        let s = shown.of(&row[S * joint..S * (joint + 1)]) + variance;
+        at_once.iter().enumerate().for_each(|(j, weight)| add(&mut row, *weight, &p[S * j + 2]));
+        let of_torques: f64 = at_once.iter().enumerate().map(|(j, weight)| weight * row[S * j + 2]).sum();
+        let s = shown.of(&row[S * joint..S * (joint + 1)]) + of_torques + variance;
         let gain = Gain { column: row.map(|seen| seen / s), white: 1.0 / s.sqrt() };
         // A sensor tells nothing of the link that a rigid joint does not have.
         for (p, k) in p.iter_mut().zip(gain.column).filter(|(_, k)| *k != 0.0) {

@@ -54,7 +54,7 @@ const TOGETHER: usize = 512;
 ///
 /// ```text
 /// free joint        B θ̈̃ = δτ − ∂τ_m x̃,   push = ∂(τ_j + f_link) x̃ + δτ_ℓ
-/// imposed joint     push = δτ − ∂τ_m x̃
+/// imposed joint     push = δτ − ∂τ_m x̃,   τ̃_j = ∂τ_j x̃ + (1 − B M⁻¹) push   of its own motion
 /// hinge             push = ∂f_link x̃
 /// bodies            q̈̃ = (M + B_imposed)⁻¹ push
 /// ```
@@ -293,10 +293,14 @@ impl Dual<'_> {
         let mut linear = Linear { is_elastic: !imposed, link: mobility, ..Linear::default() };
         if imposed {
             linear.motor = mobility;
+            let tau_j = self.out.tau_j[dof].derivative;
+            let passed = 1.0 - self.dynamics.coefficients().rotor[dof].value * mobility;
             for s in 0..2 {
                 linear.push[s] = -tau_m[BOTH[s]];
                 linear.rate[s] = mobility * linear.push[s];
+                linear.gear[s] = tau_j[BOTH[s]] - passed * tau_m[BOTH[s]];
             }
+            linear.gear[2] = passed;
             return linear;
         }
         let rotor = self.dynamics.coefficients().rotor[dof].value.max(LEAST_ROTOR / mobility);

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use sinew_data::{Quantity, Run, Signal, Smoother, Uniform, resample};
+use sinew_data::{Quantity, Run, Signal, Smoother, Uniform, resample, white_noise_std};
 use sinew_effect::Sensor;
 use sinew_model::Robot;
 
@@ -86,6 +86,8 @@ impl Motion {
 const SPRING_STEP: f64 = 0.0005;
 // Seconds of a row.
 const ROW: f64 = 0.016;
+// Rounds in which torques are taken out of each other's differences.
+const SWEEPS: usize = 2;
 
 impl Even {
     /// True if friction is told how uncertain velocities are: behind fine encoders it is as sharp as it is without.
@@ -145,10 +147,16 @@ impl Even {
             even.theta[dof] = reach(&x);
             even.theta_alike[dof] = alike(&even.theta[dof], even.theta_noise[dof]);
         }
+        let is_rigid = |dof: usize| robot.joints[dof].stiffness.is_none();
         for (c, channel) in sensors.channels.iter().enumerate() {
             let signal = channel_signal(robot, run, channel);
             let x = resample(&run.time, &signal.values, &grid);
-            even.noise.push(noise_of(&signal, &x));
+            let is_passed = channel.sensor == Sensor::JointTorque && is_rigid(channel.dof);
+            let motors =
+                sensors.channels.iter().filter(|c| c.sensor == Sensor::MotorTorque && is_rigid(c.dof));
+            let torque = |motor| resample(&run.time, &channel_signal(robot, run, motor).values, &grid);
+            let beside: Vec<Vec<f64>> = motors.filter(|_| is_passed).map(torque).collect();
+            even.noise.push(noise_beside(&signal, &x, &beside));
             match channel.sensor {
                 Sensor::MotorTorque => {
                     even.torque[c] = reach(&x);
@@ -349,6 +357,23 @@ pub(super) fn met_around(range: Range<usize>, holds: usize) -> Range<usize> {
 /// Which holds of so many [`at_sample`] looks at about these samples.
 pub(super) fn holds_around(range: Range<usize>, holds: usize) -> Range<usize> {
     range.start.saturating_sub(2).min(holds - 1)..(range.end + 1).min(holds)
+}
+
+// Noise of a signal; that of the torque behind a rigid gear beside those of the motors, since of these it shows a part at once: what
+// is left of its fourth differences, with the torque noise in it that no log has.
+fn noise_beside(signal: &Signal, x: &[f64], torques: &[Vec<f64>]) -> f64 {
+    if torques.is_empty() {
+        return noise_of(signal, x);
+    }
+    let mut left = x.to_vec();
+    let square = |x: &[f64]| white_noise_std(x).powi(2);
+    for torque in torques.iter().cycle().take(SWEEPS * torques.len()) {
+        let with = |share: f64| -> Vec<f64> { left.iter().zip(torque).map(|(x, t)| x + share * t).collect() };
+        let product = 0.25 * (square(&with(1.0)) - square(&with(-1.0)));
+        let share = product / square(torque).max(f64::MIN_POSITIVE);
+        left = with(-share.clamp(-1.0, 1.0));
+    }
+    noise_of(&Signal { std: None, ..signal.clone() }, &left)
 }
 
 // Weights of the cubic through four middles, in their middle.

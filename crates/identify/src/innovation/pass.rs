@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+use sinew_effect::Actuation;
 use sinew_plant::Plant;
 
 use super::Innovation;
 use super::filter::Filters;
 use super::kalman::{GROUP, Input, Kalman, Smoothed, Told};
 use super::linearise::{Along, along};
-use super::motion::{Even, Motion, where_holds_meet};
+use super::motion::{Even, Motion, at_sample, where_holds_meet};
 use super::rows::{Innovations, JointChannels, deviation_readings, read_late};
 use super::slip::slip;
 use super::system::System;
@@ -100,8 +101,7 @@ impl<'a> Pass<'a> {
                 let record = run.record(motion, torques);
                 let along = along(plant, p, &record, &form.channels);
                 let system = form.system(run, motion, torques, &along);
-                let of_joint = |joint: &JointChannels| inputs(run, motion, torques, &along, *joint);
-                let inputs = form.joints.par_iter().map(of_joint).collect();
+                let inputs = inputs((run, motion, torques), &along, &form.joints, &system);
                 (record, along, system, inputs)
             })
             .collect();
@@ -364,35 +364,56 @@ impl<'a> Pass<'a> {
     }
 }
 
-// Measured minus predicted of a joint along a run. Of the torque what acts: what a drive delays is not in the motion yet,
-// and a smoother that took it for that would chase its own noise.
+// Measured minus predicted of every joint along a run.
 fn inputs(
-    run: &Even,
-    motion: &Motion,
-    torques: LoggedTorques,
+    (run, motion, torques): (&Even, &Motion, LoggedTorques),
     along: &Along,
-    joint: JointChannels,
-) -> Vec<Input> {
-    let (Along { predicted, acting, .. }, early) = (along, torques.early);
-    let told = |c: Option<usize>, late, k| {
-        c.map_or(0.0, |c| read_late(predicted[c].len(), k, late, |hold| [predicted[c][hold]])[0])
+    joints: &[JointChannels],
+    system: &System,
+) -> Vec<Vec<Input>> {
+    let acting = |joint: &JointChannels| -> &[f64] { &along.acting[joint.torque] };
+    let delivered: Vec<Vec<f64>> =
+        joints.par_iter().map(|joint| delivered_to(run, torques, along, *joint)).collect();
+    // At a sample, what stays over the hold that begins beside the mean of the holds that meet.
+    let beside = |j: usize, k: usize| {
+        let acting = acting(&joints[j]);
+        delivered[j][k] - at_sample(acting.len(), k, |hold| [acting[hold]])[0]
     };
-    let (late, torque) = (along.late[joint.dof], joint.torque);
-    let drive = &along.drives[joint.dof];
-    let is_held = drive.lag == 0.0 && drive.delay == 0.0 && early == 0.0;
-    let (logged, step) = (&run.torque[torque], run.scales.step());
-    let delivered = match torques.passing {
-        _ if is_held => logged.clone(),
-        Passing::Foretold => delivered(logged, &run.smoothed(&acting[torque]), drive, early, step),
-        Passing::Whole { smoothed } => driven(balanced(logged, smoothed, step), drive, step),
-    };
-    (0..acting[torque].len())
-        .map(|k| {
-            let [motor, link, gear] = deviation_readings(run, motion, joint, late, k);
+    let of_joint = |(i, joint): (usize, &JointChannels)| {
+        let late = along.late[joint.dof];
+        let told = |c: Option<usize>, late, k| {
+            let of =
+                |c: usize| read_late(along.predicted[c].len(), k, late, |hold| [along.predicted[c][hold]]);
+            c.map_or(0.0, |c| of(c)[0])
+        };
+        let is_held = is_held(&along.drives[joint.dof], torques);
+        let of = |k: usize| {
+            let [motor, link, gear] = deviation_readings(run, motion, *joint, late, k);
+            let at_once = system.joints[i].at_once(k).iter().zip(0..joints.len());
+            let passed: f64 = at_once.map(|(weight, j)| weight * beside(j, k)).sum();
             let (link, gear) = (link - told(joint.position, late[0], k), gear - told(joint.gear, late[1], k));
-            let torque = delivered[k] - along.hold_means[joint.dof][k] - acting[torque][k];
+            let torque = delivered[i][k] - along.hold_means[joint.dof][k] - acting(joint)[k];
             let slip = slip(motion, along, joint.dof, k, run.scales.period, is_held);
-            Input { torque, slip, read: [motor, link, gear] }
-        })
-        .collect()
+            Input { torque, slip, read: [motor, link, gear - passed] }
+        };
+        (0..acting(joint).len()).map(of).collect()
+    };
+    joints.par_iter().enumerate().map(of_joint).collect()
+}
+
+// True if a drive gives at once what is logged.
+fn is_held(drive: &Actuation<f64>, torques: LoggedTorques) -> bool {
+    drive.lag == 0.0 && drive.delay == 0.0 && torques.early == 0.0
+}
+
+// The torque of a motor hold by hold, as it acts: what a drive delays is not in the motion yet, and a smoother that took it for
+// that would chase its own noise.
+fn delivered_to(run: &Even, torques: LoggedTorques, along: &Along, joint: JointChannels) -> Vec<f64> {
+    let (drive, acting) = (&along.drives[joint.dof], &along.acting[joint.torque]);
+    let (logged, step) = (&run.torque[joint.torque], run.scales.step());
+    match torques.passing {
+        _ if is_held(drive, torques) => logged.clone(),
+        Passing::Foretold => delivered(logged, &run.smoothed(acting), drive, torques.early, step),
+        Passing::Whole { smoothed } => driven(balanced(logged, smoothed, step), drive, step),
+    }
 }

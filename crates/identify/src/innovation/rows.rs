@@ -7,7 +7,8 @@ use sinew_effect::{DIRECTIONS, Derivative, LANES};
 use super::filter::{Filters, Inputs, SensorRows, one_by_one};
 use super::held::Held;
 use super::motion::{Even, Motion, at_sample, holds_around, in_hold, met, met_around};
-use super::system::SENSORS;
+use super::system::{GEAR, SENSORS};
+use crate::least_squares::add;
 use crate::series::{Predicted, Which};
 
 /// The frozen filters of a run, and the channels that they take in and give out: the innovation of a motor's position stands
@@ -87,7 +88,9 @@ impl Innovations {
             part.extend(range.map(|k| in_hold(met(holds), k, |m| samples[m - reach.start])));
         };
         let fill = |joint: usize, first: usize, inputs: &mut [Inputs<W>]| {
-            let Some(&JointChannels { dof, torque, position, gear }) = self.joints.get(joint) else { return };
+            let Some(&JointChannels { dof, torque, position, gear, .. }) = self.joints.get(joint) else {
+                return;
+            };
             let range = first..first + inputs.len();
             in_holds(Which::Channel(torque), range.clone(), &mut part);
             inputs.iter_mut().zip(&part).for_each(|((torques, _), x)| torques[0] = *x);
@@ -104,6 +107,18 @@ impl Innovations {
                     read[sensor + 1] = at_sample(holds, shown(k), |hold| part[hold - reach.start]);
                 }
             }
+            let body = &self.filters.system.joints[joint];
+            for (j, other) in self.joints.iter().enumerate() {
+                if !body.at_once(first).get(j).is_some_and(|weight| *weight != 0.0) {
+                    continue;
+                }
+                let reach = holds_around(range.clone(), holds);
+                in_holds(Which::Channel(other.torque), reach.clone(), &mut part);
+                for ((_, read), k) in inputs.iter_mut().zip(range.clone()) {
+                    let torque = at_sample(holds, k, |hold| part[hold - reach.start]);
+                    add(&mut read[GEAR], -body.at_once(k)[j], &torque);
+                }
+            }
         };
         self.by_channel(self.filters.rows(fill))
     }
@@ -114,7 +129,10 @@ impl Innovations {
         let input = |joint: usize, k: usize| {
             let Some(&channels) = self.joints.get(joint) else { return ([[0.0]; 2], [[0.0]; SENSORS]) };
             let JointChannels { dof, torque, .. } = channels;
-            let read = deviation_readings(even, motion, channels, self.late[dof], k);
+            let mut read = deviation_readings(even, motion, channels, self.late[dof], k);
+            let held = |joint: &JointChannels| even.torque[joint.torque][k];
+            let at_once = self.filters.system.joints[joint].at_once(k).iter().zip(&self.joints);
+            read[GEAR] -= at_once.map(|(weight, joint)| weight * held(joint)).sum::<f64>();
             ([[even.torque[torque][k] - means[dof][k]], [0.0]], read.map(|x| [x]))
         };
         let rows = self.by_channel(self.filters.rows(one_by_one(input)));
@@ -155,6 +173,8 @@ pub(crate) struct JointChannels {
     pub torque: usize,
     pub position: Option<usize>,
     pub gear: Option<usize>,
+    /// True if no spring is between them.
+    pub is_rigid: bool,
 }
 
 impl JointChannels {

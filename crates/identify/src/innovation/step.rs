@@ -1,6 +1,7 @@
 //! The equations of one joint about its reference, and what they make of a sample period.
 //!
-//! The state of a joint is x̃ = (θ̃, θ̃̇, q̃, q̃̇) if it is elastic, (θ̃, θ̃̇, 0, 0) if it is rigid.
+//! The state of a joint is x̃ = (θ̃, θ̃̇, q̃, q̃̇) if it is elastic, (θ̃, θ̃̇, 0, 0) if it is rigid, (θ̃, θ̃̇, w, 0) if the torque behind
+//! its rigid gear is read, which shows the torque noise w of the hold that begins.
 
 /// A vector of the deviation's state.
 pub(super) type State = [f64; 4];
@@ -25,7 +26,7 @@ pub(super) struct Linear {
     pub link: f64,
     /// The force on the joint's own body.
     pub push: State,
-    /// The torque behind the gear.
+    /// The torque behind the gear; that of a rigid joint, which torque passes at once, by the torque noise in the third place.
     pub gear: State,
 }
 
@@ -125,6 +126,15 @@ pub(super) struct Kept {
 
 /// A vector of the deviation's state in single precision.
 pub(super) type Single = [f32; 4];
+
+impl Kept {
+    /// The same with the torque noise of the hold, which none foretells, in the third state.
+    pub fn pushed_by_third(mut self) -> Self {
+        (0..2).for_each(|i| self.change[i][2] = self.motor[i]);
+        self.change[2][2] = -1.0;
+        self
+    }
+}
 
 fn single(x: &State) -> Single {
     x.map(|x| x as f32)

@@ -17,7 +17,7 @@ pub(super) struct Readings {
     pub motor: Option<f64>,
     /// The same of the link's, where it has an encoder.
     pub link: Option<f64>,
-    /// The same of the torque behind the gear, where it is measured and a spring stands there.
+    /// The same of the torque behind the gear, where it is measured; of a rigid gear with what that shows of the torque noise.
     pub gear: Option<f64>,
     /// State that the link's encoder shows: 2, or 0 of a rigid joint.
     pub shown: usize,
@@ -38,10 +38,28 @@ impl Readings {
     fn is_hinge(&self) -> bool {
         self.motor.is_none()
     }
+
+    // The torque behind the gear; at once or by a spring.
+    fn shown_behind(&self, linear: &Linear) -> State {
+        let [x, v, third, fourth] = linear.gear;
+        if self.shows_noise() { [x, v, 0.0, 0.0] } else { [x, v, third, fourth] }
+    }
+
+    fn kept(&self, step: Discrete) -> Kept {
+        let kept = Kept::from(step);
+        if self.shows_noise() { kept.pushed_by_third() } else { kept }
+    }
+
+    /// True if a sensor shows the torque noise of the hold that begins, which is the third state of the joint then.
+    pub fn shows_noise(&self) -> bool {
+        self.shown == 0 && self.gear.is_some()
+    }
 }
 
 /// Sensors that a joint may have: encoders of motor and link, torque behind the gear.
 pub(super) const SENSORS: usize = 3;
+/// The last of them.
+pub(super) const GEAR: usize = 2;
 
 /// What a sensor shows of its joint.
 #[derive(Debug, Clone, Copy)]
@@ -64,10 +82,12 @@ impl Shown {
 
 /// A sensor in one sample.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sensor {
+pub(super) struct Sensor<'s> {
     /// Which of the [`SENSORS`] it is.
     pub which: usize,
     pub shown: Shown,
+    /// What it shows at once of a torque of the motor of every joint; empty if nothing.
+    pub at_once: &'s [f64],
     /// Variance of a reading.
     pub variance: f64,
 }
@@ -84,6 +104,21 @@ pub(super) struct Joint {
     pub lightness: f64,
     // The torque behind the gear by sample; empty where it is not read.
     gear: Vec<State>,
+    // What of the motors' torques is behind a rigid gear at once, by joint, once every so many samples; empty of any other.
+    at_once: Vec<Vec<f64>>,
+    at_once_every: usize,
+}
+
+// Torque of a rigid joint's own motor accelerates the motor, too, those of others by way of the links:
+// τ̃_j = τ̃_i − B Σ_j (M⁻¹)_ij τ̃_j,   which is `passed` of its own. Springs come between.
+fn at_once(i: usize, passed: f64, mobility: &[f64], is_rigid: &[bool]) -> Vec<f64> {
+    let n = is_rigid.len();
+    let of = |j: usize| match is_rigid[j] {
+        _ if j == i => passed,
+        true => (passed - 1.0) * mobility[i * n + j] / mobility[i * (n + 1)],
+        false => 0.0,
+    };
+    (0..n).map(of).collect()
 }
 
 // √(J/B) of the mean pose, at most one.
@@ -139,15 +174,25 @@ impl System {
         mobility_every: usize,
         period: f64,
     ) -> Self {
-        let over = |linear: &[Linear]| linear.iter().map(|l| l.over(period).into()).collect();
-        let joint = |(readings, linear): (Readings, &&[Linear])| Joint {
-            steps: over(linear),
+        let is_rigid: Vec<bool> = readings.iter().map(|r| r.shown == 0 && !r.is_hinge()).collect();
+        let passed = |i: usize| {
+            let of = |(block, m): (usize, &Vec<f64>)| {
+                at_once(i, linear[i][block * mobility_every].gear[2], m, &is_rigid)
+            };
+            mobility.iter().enumerate().map(of).collect()
+        };
+        let joint = |(i, (readings, linear)): (usize, (Readings, &&[Linear]))| Joint {
+            at_once: if readings.shows_noise() { passed(i) } else { Vec::new() },
+            at_once_every: mobility_every,
+            steps: linear.iter().map(|l| readings.kept(l.over(period))).collect(),
             lightness: lightness(linear),
             unsure: Vec::new(),
-            gear: readings.gear.map_or_else(Vec::new, |_| linear.iter().map(|l| l.gear).collect()),
+            gear: readings
+                .gear
+                .map_or_else(Vec::new, |_| linear.iter().map(|l| readings.shown_behind(l)).collect()),
             readings,
         };
-        let joints: Vec<Joint> = readings.into_par_iter().zip(linear).map(joint).collect();
+        let joints: Vec<Joint> = readings.into_par_iter().zip(linear).enumerate().map(joint).collect();
         // The holds at which joints are coupled anew, and of each hold which of them it goes by.
         let (mut anew, mut coupling) = (Vec::new(), Vec::new());
         let n = joints.len();
@@ -172,7 +217,13 @@ impl System {
         let shown: Vec<usize> = joints.iter().map(|j| j.readings.shown).collect();
         let coupled = |k: usize| {
             let at: Vec<&Linear> = linear.iter().map(|l| &l[k]).collect();
-            Coupling::new(&at, &shown, &mobility[k / mobility_every], period)
+            let mut coupling = Coupling::new(&at, &shown, &mobility[k / mobility_every], period);
+            for (entry, motor) in coupling.motor.iter().enumerate() {
+                if joints[entry % n].readings.shows_noise() {
+                    (0..2).for_each(|r| coupling.blocks[entry][r][2] = motor[r]);
+                }
+            }
+            coupling
         };
         let couplings = anew.into_par_iter().map(coupled).collect();
         let led = (START / period) as usize;
@@ -358,16 +409,23 @@ impl Joint {
 
     /// Its sensors in sample k.
     #[inline(always)]
-    pub fn sensors(&self, k: usize) -> impl Iterator<Item = Sensor> + use<> {
+    pub fn sensors(&self, k: usize) -> impl Iterator<Item = Sensor<'_>> {
         let Readings { motor, link, gear, shown, alike } = &self.readings;
         let sensor = |which: usize, shown, variance: &f64| {
             let samples = alike[which].get(k).map_or(1.0, |n| f64::from(*n));
-            Sensor { which, shown, variance: variance * samples }
+            let at_once = if which == GEAR { self.at_once(k) } else { &[] };
+            Sensor { which, shown, at_once, variance: variance * samples }
         };
         let motor = motor.as_ref().map(|variance| sensor(0, Shown::State(0), variance));
         let link = link.as_ref().map(|variance| sensor(1, Shown::State(*shown), variance));
-        let gear = gear.as_ref().map(|variance| sensor(2, Shown::Sum(self.gear[k]), variance));
+        let gear = gear.as_ref().map(|variance| sensor(GEAR, Shown::Sum(self.gear[k]), variance));
         motor.into_iter().chain(link).chain(gear)
+    }
+
+    /// What the sensor behind a rigid gear shows at once in sample k of a torque of the motor of every joint; empty of any other.
+    #[inline(always)]
+    pub fn at_once(&self, k: usize) -> &[f64] {
+        if self.at_once.is_empty() { &[] } else { &self.at_once[k / self.at_once_every] }
     }
 
     /// True if its link moves with its motor.

@@ -36,9 +36,9 @@ struct Ahead<const D: usize> {
 const STRETCH: usize = 512;
 
 // What a filter saw of some samples: after the sensors of each x and P, and what every sensor read.
-struct Seen<const D: usize> {
+struct Seen<'s, const D: usize> {
     states: Vec<Known<D>>,
-    read: Vec<Read<D>>,
+    read: Vec<Read<'s, D>>,
 }
 
 impl Kalman<'_> {
@@ -76,12 +76,12 @@ impl Kalman<'_> {
     }
 
     // What the filter sees of a stretch, from where it begins.
-    fn seen<const D: usize, const S: usize>(
-        &self,
+    fn seen<'s, const D: usize, const S: usize>(
+        &'s self,
         stretch: usize,
         mut known: Known<D>,
         input: &impl Fn(usize, usize) -> Input,
-    ) -> Seen<D> {
+    ) -> Seen<'s, D> {
         let samples = self.stretch(stretch);
         let sensors = self.system.sensor_count(self.group.clone());
         let mut states = Vec::with_capacity(samples.len());
@@ -135,12 +135,13 @@ impl<const D: usize> Ahead<D> {
 
     // What one more sensor tells: with u = Λ K,
     // λ ← λ − c (Kᵀλ + e/S),   Λ ← Λ − c uᵀ − u cᵀ + c cᵀ (Kᵀu + 1/S)
-    fn take<const S: usize>(&mut self, Read { joint, shown, gain, e }: &Read<D>) {
+    fn take<const S: usize>(&mut self, Read { joint, shown, at_once, gain, e }: &Read<D>) {
         let mut c = [0.0; D];
         match shown {
             Shown::State(state) => c[S * joint + state] = 1.0,
             Shown::Sum(sum) => c[S * joint..S * (joint + 1)].copy_from_slice(&sum[..S]),
         }
+        at_once.iter().enumerate().for_each(|(j, weight)| c[S * j + 2] += weight);
         let pull = dot(&self.pull, &gain.column) + e * gain.white * gain.white;
         add(&mut self.pull, -pull, &c);
         let Some(information) = &mut self.information else { return };
