@@ -286,6 +286,15 @@ fn a_run_that_is_named_twice_is_refused() {
 }
 
 #[test]
+fn an_output_that_is_a_folder_is_refused_before_the_search() {
+    let bench = Bench::new("folder");
+    bench.write("new.sinew.toml/note.txt", "");
+    let said = bench.refused(&["discover", "arm.sinew.toml", "run.csv", "-o", "new.sinew.toml"]);
+    assert!(said.contains("new.sinew.toml") && said.contains("is a folder"), "{said}");
+    assert!(!said.contains("searching"), "{said}");
+}
+
+#[test]
 fn arguments_in_each_others_place_are_told_as_such() {
     let bench = Bench::new("swapped");
     assert!(

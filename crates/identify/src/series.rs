@@ -200,10 +200,16 @@ pub(crate) fn delivered(
     early: f64,
     step: f64,
 ) -> Vec<f64> {
-    let whole = ((drive.delay + drive.lag) / step).round();
-    let ahead = ahead(led(acting.to_vec(), drive.lag, step), drive.delay - early - whole * step, step);
-    let late = |k: usize| logged[k.saturating_sub(whole as usize)];
+    let whole = whole_samples(drive, step);
+    let rest = drive.delay - early - whole as f64 * step;
+    let ahead = ahead(led(acting.to_vec(), drive.lag, step), rest, step);
+    let late = |k: usize| logged[k.saturating_sub(whole)];
     ahead.iter().zip(acting).enumerate().map(|(k, (ahead, y))| late(k) - (ahead - y)).collect()
+}
+
+/// The whole samples nearest to what a drive delays.
+pub(crate) fn whole_samples(drive: &Actuation<f64>, step: f64) -> usize {
+    ((drive.delay + drive.lag) / step).round() as usize
 }
 
 /// The mean over each hold of what a drive with lag and dead time makes of held torques, exactly.

@@ -20,7 +20,7 @@ use crate::freedom::{Freedom, Links, Springs};
 use crate::imposed::predict;
 use crate::record::{Record, Reduction};
 use crate::residual::{LoggedTorques, Passing};
-use crate::series::{balanced, delivered, driven};
+use crate::series::{balanced, delivered, driven, whole_samples};
 
 // Shares of the way that are tried, each half of the one before, and what −2 log likelihood may rise by a sample.
 const TRIES: usize = 3;
@@ -81,6 +81,10 @@ pub(super) struct Pass<'a> {
     links: Vec<Links>,
     // How late what is behind the gears is read, by run.
     late: Vec<Vec<[isize; 2]>>,
+    // How late the logged torques come, by run.
+    torque_late: Vec<Vec<usize>>,
+    // What the torque in the middle of a hold differs from that where it begins, by run; empty where no sensor shows it.
+    steps: Vec<Vec<Vec<f64>>>,
     /// The equations of the joints about the motions, by run.
     pub systems: Vec<System>,
 }
@@ -114,9 +118,16 @@ impl<'a> Pass<'a> {
             hold_means: Vec::new(),
             links: Vec::new(),
             late: Vec::new(),
+            torque_late: Vec::new(),
+            steps: Vec::new(),
             systems: Vec::new(),
         };
         for (record, along, system, inputs) in parts {
+            let late = |drive: &Actuation<f64>| {
+                if torques.is_whole() { 0 } else { whole_samples(drive, record.scales.step()) }
+            };
+            pass.torque_late.push(along.drives.iter().map(late).collect());
+            pass.steps.push(steps(&along, &form.joints, &system));
             pass.records.push(record);
             pass.inputs.push(inputs);
             pass.hold_means.push(along.hold_means);
@@ -318,12 +329,12 @@ impl<'a> Pass<'a> {
         (plant, p): (&Plant, &[f64]),
     ) -> (Vec<Record>, Vec<Record>, Vec<f64>) {
         let groups = self.groups();
-        let Self { form, torques, motions, records, systems, hold_means, links, late, .. } = self;
-        let measures = (&motions, hold_means, links, late);
+        let Self { form, torques, motions, records, systems, .. } = self;
+        let measures = (&motions, self.hold_means, self.links, self.late, self.torque_late, self.steps);
         let runs = 0..records.len();
         let parts: Vec<((Record, Record), Vec<f64>)> = (records, systems, &form.runs, measures, runs)
             .into_par_iter()
-            .map(|(mut record, system, even, (motion, means, links, late), run)| {
+            .map(|(mut record, system, even, (motion, means, links, late, torque_late, steps), run)| {
                 let commanded = commanded.map(|of_runs| &of_runs[run]);
                 let predicted = |record: &Record| {
                     let freedom = Freedom::of(plant, p, record, Springs::Simulated);
@@ -337,12 +348,19 @@ impl<'a> Pass<'a> {
                 let (groups, before) = rayon::join(gains, || commanded.map(|_| predicted(&record)));
                 let filters = Filters { system, groups, every: even.scales.every };
                 let channels = form.channels.len();
-                let filters = Arc::new(Innovations { filters, joints: form.joints.clone(), channels, late });
+                let filters = Arc::new(Innovations {
+                    filters,
+                    joints: form.joints.clone(),
+                    channels,
+                    late,
+                    torque_late,
+                    is_whole: torques.is_whole(),
+                });
                 let of_joints = || form.joints.iter().zip(commanded.into_iter().flatten());
                 of_joints().for_each(|(joint, more)| record.accelerate(joint.dof, more));
                 let rows = || {
                     let smooth = even.thinned(motion, &links, &filters, torques);
-                    let measured = filters.measured(even, motion, &means);
+                    let measured = filters.measured(even, motion, &means, &steps);
                     (smooth, measured, before.map(|before| filters.rows(&before)))
                 };
                 let after = || commanded.map(|_| filters.rows(&predicted(&record)));
@@ -364,6 +382,23 @@ impl<'a> Pass<'a> {
     }
 }
 
+// What the torque in the middle of a hold differs from that where it begins, by degree of freedom; empty where no sensor shows that.
+fn steps(along: &Along, joints: &[JointChannels], system: &System) -> Vec<Vec<f64>> {
+    let mut steps = vec![Vec::new(); along.drives.len()];
+    if system.joints.iter().any(|joint| !joint.at_once(0).is_empty()) {
+        for joint in joints {
+            let acting = &along.acting[joint.torque];
+            steps[joint.dof] = (0..acting.len()).map(|k| acting[k] - begun(acting, k)).collect();
+        }
+    }
+    steps
+}
+
+// A torque where a hold begins.
+fn begun(acting: &[f64], k: usize) -> f64 {
+    at_sample(acting.len(), k, |hold| [acting[hold]])[0]
+}
+
 // Measured minus predicted of every joint along a run.
 fn inputs(
     (run, motion, torques): (&Even, &Motion, LoggedTorques),
@@ -375,10 +410,7 @@ fn inputs(
     let delivered: Vec<Vec<f64>> =
         joints.par_iter().map(|joint| delivered_to(run, torques, along, *joint)).collect();
     // At a sample, what stays over the hold that begins beside the mean of the holds that meet.
-    let beside = |j: usize, k: usize| {
-        let acting = acting(&joints[j]);
-        delivered[j][k] - at_sample(acting.len(), k, |hold| [acting[hold]])[0]
-    };
+    let beside = |j: usize, k: usize| delivered[j][k] - begun(acting(&joints[j]), k);
     let of_joint = |(i, joint): (usize, &JointChannels)| {
         let late = along.late[joint.dof];
         let told = |c: Option<usize>, late, k| {

@@ -21,6 +21,10 @@ pub(crate) struct Innovations {
     pub(super) channels: usize,
     /// Samples by which what is behind the gears is read late, by degree of freedom.
     pub(super) late: Vec<[isize; 2]>,
+    /// Samples by which the logged torque of a motor comes late, by degree of freedom.
+    pub(super) torque_late: Vec<usize>,
+    /// True if a prediction of a motor's torque has what was logged in it, hold by hold.
+    pub(super) is_whole: bool,
 }
 
 impl Innovations {
@@ -112,10 +116,12 @@ impl Innovations {
                 if !body.at_once(first).get(j).is_some_and(|weight| *weight != 0.0) {
                     continue;
                 }
-                let reach = holds_around(range.clone(), holds);
+                let acts = |k: usize| k.saturating_sub(self.torque_late[other.dof]);
+                let reach = holds_around(acts(range.start)..acts(range.end - 1) + 1, holds);
                 in_holds(Which::Channel(other.torque), reach.clone(), &mut part);
                 for ((_, read), k) in inputs.iter_mut().zip(range.clone()) {
-                    let torque = at_sample(holds, k, |hold| part[hold - reach.start]);
+                    let of_hold = |hold| part[hold - reach.start];
+                    let torque = if self.is_whole { of_hold(k) } else { at_sample(holds, acts(k), of_hold) };
                     add(&mut read[GEAR], -body.at_once(k)[j], &torque);
                 }
             }
@@ -124,15 +130,25 @@ impl Innovations {
     }
 
     /// Rows of what was measured along a reference; `means`: what the mean torque of a hold differs from that in its
-    /// middle.
-    pub(super) fn measured(&self, even: &Even, motion: &Motion, means: &[Vec<f64>]) -> Vec<f64> {
+    /// middle; `steps`: what the torque in its middle differs from that where it begins.
+    pub(super) fn measured(
+        &self,
+        even: &Even,
+        motion: &Motion,
+        means: &[Vec<f64>],
+        steps: &[Vec<f64>],
+    ) -> Vec<f64> {
         let input = |joint: usize, k: usize| {
             let Some(&channels) = self.joints.get(joint) else { return ([[0.0]; 2], [[0.0]; SENSORS]) };
             let JointChannels { dof, torque, .. } = channels;
             let mut read = deviation_readings(even, motion, channels, self.late[dof], k);
-            let held = |joint: &JointChannels| even.torque[joint.torque][k];
+            let acts = |joint: &JointChannels| {
+                let late = self.torque_late[joint.dof];
+                let step = if self.is_whole { steps[joint.dof][k] } else { 0.0 };
+                even.torque[joint.torque][k.saturating_sub(late)] - step
+            };
             let at_once = self.filters.system.joints[joint].at_once(k).iter().zip(&self.joints);
-            read[GEAR] -= at_once.map(|(weight, joint)| weight * held(joint)).sum::<f64>();
+            read[GEAR] -= at_once.map(|(weight, joint)| weight * acts(joint)).sum::<f64>();
             ([[even.torque[torque][k] - means[dof][k]], [0.0]], read.map(|x| [x]))
         };
         let rows = self.by_channel(self.filters.rows(one_by_one(input)));
