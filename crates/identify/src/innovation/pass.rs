@@ -13,7 +13,7 @@ use super::filter::Filters;
 use super::kalman::{GROUP, Input, Kalman, Smoothed, Told};
 use super::linearise::{Along, along};
 use super::motion::{Even, Motion, at_sample, where_holds_meet};
-use super::rows::{Innovations, JointChannels, deviation_readings, read_late};
+use super::rows::{Arrival, Innovations, JointChannels, deviation_readings, read_late};
 use super::slip::slip;
 use super::system::System;
 use crate::freedom::{Freedom, Links, Springs};
@@ -81,8 +81,8 @@ pub(super) struct Pass<'a> {
     links: Vec<Links>,
     // How late what is behind the gears is read, by run.
     late: Vec<Vec<[isize; 2]>>,
-    // How late the logged torques come, by run.
-    torque_late: Vec<Vec<usize>>,
+    // How the logged torques come to act, by run.
+    arrivals: Vec<Vec<Arrival>>,
     // What the torque in the middle of a hold differs from that where it begins, by run; empty where no sensor shows it.
     steps: Vec<Vec<Vec<f64>>>,
     /// The equations of the joints about the motions, by run.
@@ -118,15 +118,12 @@ impl<'a> Pass<'a> {
             hold_means: Vec::new(),
             links: Vec::new(),
             late: Vec::new(),
-            torque_late: Vec::new(),
+            arrivals: Vec::new(),
             steps: Vec::new(),
             systems: Vec::new(),
         };
         for (record, along, system, inputs) in parts {
-            let late = |drive: &Actuation<f64>| {
-                if torques.is_whole() { 0 } else { whole_samples(drive, record.scales.step()) }
-            };
-            pass.torque_late.push(along.drives.iter().map(late).collect());
+            pass.arrivals.push(arrivals(&along, torques, record.scales.step()));
             pass.steps.push(steps(&along, &form.joints, &system));
             pass.records.push(record);
             pass.inputs.push(inputs);
@@ -330,11 +327,11 @@ impl<'a> Pass<'a> {
     ) -> (Vec<Record>, Vec<Record>, Vec<f64>) {
         let groups = self.groups();
         let Self { form, torques, motions, records, systems, .. } = self;
-        let measures = (&motions, self.hold_means, self.links, self.late, self.torque_late, self.steps);
+        let measures = (&motions, self.hold_means, self.links, self.late, self.arrivals, self.steps);
         let runs = 0..records.len();
         let parts: Vec<((Record, Record), Vec<f64>)> = (records, systems, &form.runs, measures, runs)
             .into_par_iter()
-            .map(|(mut record, system, even, (motion, means, links, late, torque_late, steps), run)| {
+            .map(|(mut record, system, even, (motion, means, links, late, arrivals, steps), run)| {
                 let commanded = commanded.map(|of_runs| &of_runs[run]);
                 let predicted = |record: &Record| {
                     let freedom = Freedom::of(plant, p, record, Springs::Simulated);
@@ -353,7 +350,7 @@ impl<'a> Pass<'a> {
                     joints: form.joints.clone(),
                     channels,
                     late,
-                    torque_late,
+                    arrivals,
                     is_whole: torques.is_whole(),
                 });
                 let of_joints = || form.joints.iter().zip(commanded.into_iter().flatten());
@@ -394,7 +391,16 @@ fn steps(along: &Along, joints: &[JointChannels], system: &System) -> Vec<Vec<f6
     steps
 }
 
-// A torque where a hold begins.
+// How logged torques come to act, by degree of freedom; one with what was logged in its prediction knows of that itself.
+fn arrivals(along: &Along, torques: LoggedTorques, step: f64) -> Vec<Arrival> {
+    let of = |drive: &Actuation<f64>| Arrival {
+        late: if torques.is_whole() { 0 } else { whole_samples(drive, step) },
+        is_held: drive.lag == 0.0,
+    };
+    along.drives.iter().map(of).collect()
+}
+
+// A smooth torque where a hold begins.
 fn begun(acting: &[f64], k: usize) -> f64 {
     at_sample(acting.len(), k, |hold| [acting[hold]])[0]
 }
@@ -410,7 +416,11 @@ fn inputs(
     let delivered: Vec<Vec<f64>> =
         joints.par_iter().map(|joint| delivered_to(run, torques, along, *joint)).collect();
     // At a sample, what stays over the hold that begins beside the mean of the holds that meet.
-    let beside = |j: usize, k: usize| delivered[j][k] - begun(acting(&joints[j]), k);
+    let arrivals = arrivals(along, torques, run.scales.step());
+    let beside = |j: usize, k: usize| {
+        let arrival = arrivals[joints[j].dof];
+        arrival.begun(delivered[j].len(), k, |hold| [delivered[j][hold]])[0] - begun(acting(&joints[j]), k)
+    };
     let of_joint = |(i, joint): (usize, &JointChannels)| {
         let late = along.late[joint.dof];
         let told = |c: Option<usize>, late, k| {

@@ -21,10 +21,26 @@ pub(crate) struct Innovations {
     pub(super) channels: usize,
     /// Samples by which what is behind the gears is read late, by degree of freedom.
     pub(super) late: Vec<[isize; 2]>,
-    /// Samples by which the logged torque of a motor comes late, by degree of freedom.
-    pub(super) torque_late: Vec<usize>,
+    /// How the logged torque of a motor comes to act, by degree of freedom.
+    pub(super) arrivals: Vec<Arrival>,
     /// True if a prediction of a motor's torque has what was logged in it, hold by hold.
     pub(super) is_whole: bool,
+}
+
+/// How a logged torque comes to act.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Arrival {
+    /// Whole samples by which it comes late.
+    pub late: usize,
+    /// True if it steps from hold to hold as it was logged; behind a lag it does not.
+    pub is_held: bool,
+}
+
+impl Arrival {
+    /// A series of holds where hold k begins.
+    pub fn begun<const W: usize>(&self, holds: usize, k: usize, of: impl Fn(usize) -> [f64; W]) -> [f64; W] {
+        if self.is_held { of(k) } else { at_sample(holds, k, of) }
+    }
 }
 
 impl Innovations {
@@ -116,12 +132,17 @@ impl Innovations {
                 if !body.at_once(first).get(j).is_some_and(|weight| *weight != 0.0) {
                     continue;
                 }
-                let acts = |k: usize| k.saturating_sub(self.torque_late[other.dof]);
+                let arrival = self.arrivals[other.dof];
+                let acts = |k: usize| k.saturating_sub(arrival.late);
                 let reach = holds_around(acts(range.start)..acts(range.end - 1) + 1, holds);
                 in_holds(Which::Channel(other.torque), reach.clone(), &mut part);
                 for ((_, read), k) in inputs.iter_mut().zip(range.clone()) {
                     let of_hold = |hold| part[hold - reach.start];
-                    let torque = if self.is_whole { of_hold(k) } else { at_sample(holds, acts(k), of_hold) };
+                    let torque = if self.is_whole {
+                        arrival.begun(holds, acts(k), of_hold)
+                    } else {
+                        at_sample(holds, acts(k), of_hold)
+                    };
                     add(&mut read[GEAR], -body.at_once(k)[j], &torque);
                 }
             }
@@ -143,9 +164,11 @@ impl Innovations {
             let JointChannels { dof, torque, .. } = channels;
             let mut read = deviation_readings(even, motion, channels, self.late[dof], k);
             let acts = |joint: &JointChannels| {
-                let late = self.torque_late[joint.dof];
-                let step = if self.is_whole { steps[joint.dof][k] } else { 0.0 };
-                even.torque[joint.torque][k.saturating_sub(late)] - step
+                let (torque, arrival) = (&even.torque[joint.torque], self.arrivals[joint.dof]);
+                let [logged] =
+                    arrival.begun(torque.len(), k.saturating_sub(arrival.late), |hold| [torque[hold]]);
+                let steps = if self.is_whole && arrival.is_held { steps[joint.dof][k] } else { 0.0 };
+                logged - steps
             };
             let at_once = self.filters.system.joints[joint].at_once(k).iter().zip(&self.joints);
             read[GEAR] -= at_once.map(|(weight, joint)| weight * acts(joint)).sum::<f64>();
