@@ -228,11 +228,16 @@ mod tests {
         System::new(vec![readings], &[&vec![linear; samples]], &[vec![0.5]], samples, 1e-3)
     }
 
+    // Normal variables, nearly.
+    fn normal(seed: u64) -> impl FnMut() -> f64 {
+        use rand::{Rng, SeedableRng, rngs::SmallRng};
+        let mut random = SmallRng::seed_from_u64(seed);
+        move || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0
+    }
+
     // Readings of the first joint's position under torque noise of one on it and encoder noise of 10⁻⁵, and its true motion.
     fn readings(system: &System) -> (Vec<f64>, Vec<[f64; 2]>) {
-        use rand::{Rng, SeedableRng, rngs::SmallRng};
-        let mut random = SmallRng::seed_from_u64(4);
-        let mut normal = || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
+        let mut normal = normal(4);
         let n = system.joints.len();
         let mut x = vec![[[0.0]; 4]; n];
         let (mut read, mut truth) = (Vec::new(), Vec::new());
@@ -303,9 +308,7 @@ mod tests {
     // its motor does not take.
     #[test]
     fn innovations_behind_rigid_gears_are_white_and_tell_apart_from_the_encoders() {
-        use rand::{Rng, SeedableRng, rngs::SmallRng};
-        let mut random = SmallRng::seed_from_u64(9);
-        let mut normal = || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
+        let mut normal = normal(9);
         let (mobility, samples) = ([0.5, -0.3, -0.3, 0.8], 16_000);
         let passed = [0.6, 0.4];
         let linear = [0, 1].map(|i| {

@@ -83,7 +83,8 @@ pub(super) struct Pass<'a> {
     late: Vec<Vec<[isize; 2]>>,
     // How the logged torques come to act, by run.
     arrivals: Vec<Vec<Arrival>>,
-    // What the torque in the middle of a hold differs from that where it begins, by run; empty where no sensor shows it.
+    // What the torque in the middle of a hold differs from that where it begins, by run; empty where
+    // no sensor shows it, and where predictions are smooth.
     steps: Vec<Vec<Vec<f64>>>,
     /// The equations of the joints about the motions, by run.
     pub systems: Vec<System>,
@@ -97,7 +98,7 @@ impl<'a> Pass<'a> {
         plant: &Plant,
         p: &[f64],
     ) -> Self {
-        let parts: Vec<(Record, Along, System, Vec<Vec<Input>>)> = form
+        let parts: Vec<_> = form
             .runs
             .par_iter()
             .zip(&motions)
@@ -105,8 +106,9 @@ impl<'a> Pass<'a> {
                 let record = run.record(motion, torques);
                 let along = along(plant, p, &record, &form.channels);
                 let system = form.system(run, motion, torques, &along);
-                let inputs = inputs((run, motion, torques), &along, &form.joints, &system);
-                (record, along, system, inputs)
+                let arrivals = arrivals(&along, torques, record.scales.step());
+                let inputs = inputs((run, motion, torques), &along, &arrivals, &form.joints, &system);
+                (record, along, system, arrivals, inputs)
             })
             .collect();
         let mut pass = Self {
@@ -122,9 +124,10 @@ impl<'a> Pass<'a> {
             steps: Vec::new(),
             systems: Vec::new(),
         };
-        for (record, along, system, inputs) in parts {
-            pass.arrivals.push(arrivals(&along, torques, record.scales.step()));
-            pass.steps.push(steps(&along, &form.joints, &system));
+        for (record, along, system, arrivals, inputs) in parts {
+            let shows = torques.is_whole() && system.joints.iter().any(|joint| !joint.at_once(0).is_empty());
+            pass.steps.push(if shows { steps(&along, &arrivals, &form.joints) } else { Vec::new() });
+            pass.arrivals.push(arrivals);
             pass.records.push(record);
             pass.inputs.push(inputs);
             pass.hold_means.push(along.hold_means);
@@ -379,14 +382,12 @@ impl<'a> Pass<'a> {
     }
 }
 
-// What the torque in the middle of a hold differs from that where it begins, by degree of freedom; empty where no sensor shows that.
-fn steps(along: &Along, joints: &[JointChannels], system: &System) -> Vec<Vec<f64>> {
-    let mut steps = vec![Vec::new(); along.drives.len()];
-    if system.joints.iter().any(|joint| !joint.at_once(0).is_empty()) {
-        for joint in joints {
-            let acting = &along.acting[joint.torque];
-            steps[joint.dof] = (0..acting.len()).map(|k| acting[k] - begun(acting, k)).collect();
-        }
+// What the torque in the middle of a hold differs from that where it begins, by degree of freedom; empty of one that does not step.
+fn steps(along: &Along, arrivals: &[Arrival], joints: &[JointChannels]) -> Vec<Vec<f64>> {
+    let mut steps = vec![Vec::new(); arrivals.len()];
+    for joint in joints.iter().filter(|joint| arrivals[joint.dof].is_held) {
+        let acting = &along.acting[joint.torque];
+        steps[joint.dof] = (0..acting.len()).map(|k| acting[k] - begun(acting, k)).collect();
     }
     steps
 }
@@ -409,6 +410,7 @@ fn begun(acting: &[f64], k: usize) -> f64 {
 fn inputs(
     (run, motion, torques): (&Even, &Motion, LoggedTorques),
     along: &Along,
+    arrivals: &[Arrival],
     joints: &[JointChannels],
     system: &System,
 ) -> Vec<Vec<Input>> {
@@ -416,7 +418,6 @@ fn inputs(
     let delivered: Vec<Vec<f64>> =
         joints.par_iter().map(|joint| delivered_to(run, torques, along, *joint)).collect();
     // At a sample, what stays over the hold that begins beside the mean of the holds that meet.
-    let arrivals = arrivals(along, torques, run.scales.step());
     let beside = |j: usize, k: usize| {
         let arrival = arrivals[joints[j].dof];
         arrival.begun(delivered[j].len(), k, |hold| [delivered[j][hold]])[0] - begun(acting(&joints[j]), k)

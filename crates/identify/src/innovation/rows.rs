@@ -167,8 +167,7 @@ impl Innovations {
                 let (torque, arrival) = (&even.torque[joint.torque], self.arrivals[joint.dof]);
                 let [logged] =
                     arrival.begun(torque.len(), k.saturating_sub(arrival.late), |hold| [torque[hold]]);
-                let steps = if self.is_whole && arrival.is_held { steps[joint.dof][k] } else { 0.0 };
-                logged - steps
+                logged - steps.get(joint.dof).and_then(|of_joint| of_joint.get(k)).unwrap_or(&0.0)
             };
             let at_once = self.filters.system.joints[joint].at_once(k).iter().zip(&self.joints);
             read[GEAR] -= at_once.map(|(weight, joint)| weight * acts(joint)).sum::<f64>();

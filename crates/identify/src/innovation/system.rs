@@ -41,8 +41,8 @@ impl Readings {
 
     // The torque behind the gear; at once or by a spring.
     fn shown_behind(&self, linear: &Linear) -> State {
-        let [x, v, third, fourth] = linear.gear;
-        if self.shows_noise() { [x, v, 0.0, 0.0] } else { [x, v, third, fourth] }
+        let [x, v, ..] = linear.gear;
+        if self.shows_noise() { [x, v, 0.0, 0.0] } else { linear.gear }
     }
 
     fn kept(&self, step: Discrete) -> Kept {
