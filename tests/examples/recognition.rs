@@ -3,8 +3,8 @@
 //!
 //! ```text
 //! cargo run --release -p sinew-tests --example recognition -- effects|pairs|families|foreign|nothing|drawn|described [KEY=VALUE…]
-//!     seeds=FIRST..END   arms=1,2,6,1-rigid,…   sensors=full,motor,current,link,all   encoders=fine,coarse,fine/10   sizes=1,0.3   only=EFFECT
-//!     (fine/10: every tenth row of the log)
+//!     seeds=FIRST..END   arms=1,2,6,1-rigid,…   sensors=full,motor,current,link,all   encoders=fine,coarse,fine/10,fine@4   sizes=1,0.3   only=EFFECT
+//!     (fine/10: every tenth row of the log; fine@4: a drive that holds its torques for 4 ms, and a log of that rate)
 //!     urdfs=FILE,FILE      (described) arms of these files, a file for each seed in turn, with drives and conditions by chance
 //!     into=docs/recognition.md   as=NAME      the tables go between <!-- NAME --> and <!-- /NAME --> of that page
 //! ```

@@ -103,17 +103,20 @@ impl Conditions {
     };
 
     /// Conditions by name: the sensors `full`, `motor`, `current`, `link` or `all`, then `fine` (17 bit a motor turn) or
-    /// `coarse` (17 bit a joint turn); `fine/10` is a log of every tenth row.
+    /// `coarse` (17 bit a joint turn); `fine/10` is a log of every tenth row, `fine@4` one of a drive that holds its torques for
+    /// 4 ms.
     pub fn named(sensors: &str, encoder: &str) -> Option<Self> {
         let sensors = Sensors::named(sensors)?;
         let (encoder, every) = encoder.split_once('/').unwrap_or((encoder, "1"));
         let every = every.parse().ok().filter(|every| *every > 0)?;
+        let (encoder, held) = encoder.split_once('@').unwrap_or((encoder, "1"));
+        let period = 1e-3 * held.parse::<f64>().ok().filter(|held| *held > 0.0)?;
         let motor_step = match encoder {
             "fine" => STEP_17_BIT / GEAR_RATIO,
             "coarse" => STEP_17_BIT,
             _ => return None,
         };
-        Some(Self { sensors, motor_step, every, ..Self::FULL })
+        Some(Self { sensors, motor_step, period, every, ..Self::FULL })
     }
 }
 

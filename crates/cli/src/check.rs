@@ -7,7 +7,7 @@ use clap::Args;
 use serde::Serialize;
 use sinew_data::{Note, Quantity, Run, RunSpec, Severity, check_run, find_repeats};
 use sinew_effects::CATALOGUE;
-use sinew_identify::{Options, range_checks, readiness, torque_checks};
+use sinew_identify::{Options, range_checks, readiness, strangers, torque_checks};
 use sinew_model::Robot;
 
 use crate::console::Console;
@@ -30,6 +30,9 @@ pub(crate) struct Check {
 #[derive(Debug, Serialize)]
 struct Answer {
     ok: bool,
+    /// What of the runs the other commands compare.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scope: Option<String>,
     problems: Vec<Note>,
     notes: Vec<Note>,
 }
@@ -55,12 +58,16 @@ impl Check {
         for run in &runs {
             all.extend(run.notes.iter().cloned());
             all.extend(missing(&file.robot, run));
+            all.extend(strangers(&file.robot, std::slice::from_ref(run)));
             all.extend(check_run(run));
         }
         let is_refused = all.iter().any(|n| n.severity == Severity::Error);
+        let mut scope = None;
         if !runs.is_empty() && !is_refused {
-            let ready = readiness(&file.robot, &CATALOGUE, &runs, &Options::default());
-            all.extend(ready.err().map(|error| of_reading(&CliError::from(error))));
+            match readiness(&file.robot, &CATALOGUE, &runs, &Options::default()) {
+                Ok(compared) => scope = Some(compared),
+                Err(error) => all.push(of_reading(&CliError::from(error))),
+            }
         }
         all.extend(repeats(&runs));
         all.extend(range_checks(&file.robot, &runs));
@@ -68,7 +75,8 @@ impl Check {
         let (notes, mut problems): (Vec<_>, Vec<_>) =
             all.into_iter().partition(|n| n.severity == Severity::Note);
         problems.sort_by_key(|n| n.severity);
-        let answer = Answer { ok: problems.iter().all(|n| n.severity != Severity::Error), problems, notes };
+        let ok = problems.iter().all(|n| n.severity != Severity::Error);
+        let answer = Answer { ok, scope: scope.filter(|_| ok), problems, notes };
         console.answer(&answer, || text(&answer))?;
         Ok(match answer.ok {
             _ if !unreadable.is_empty() => ExitCode::from(2),
@@ -82,6 +90,9 @@ fn text(answer: &Answer) -> String {
     let mut out = String::new();
     for note in answer.problems.iter().chain(&answer.notes) {
         out += &format!("{note}\n");
+    }
+    if let Some(scope) = &answer.scope {
+        out += &format!("{scope}\n");
     }
     let errors = answer.problems.iter().filter(|n| n.severity == Severity::Error).count();
     let warnings = answer.problems.len() - errors;
@@ -178,11 +189,6 @@ fn missing(robot: &Robot, run: &Run) -> Vec<Note> {
                 format!("log joint_position.{joint} if the joint has a second encoder"),
             );
         }
-    }
-    for joint in run.joints().into_iter().filter(|j| !names.contains(j)) {
-        let statement =
-            format!("the run names joint \"{joint}\", which robot \"{}\" does not have", robot.model.name);
-        tell(Severity::Warning, statement, format!("its joints are {}", names.join(", ")));
     }
     notes
 }

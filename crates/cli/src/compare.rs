@@ -20,7 +20,7 @@ pub(crate) struct Compare {
 impl Compare {
     pub fn run(&self, console: &Console) -> Result<(), CliError> {
         let (robot, runs) = self.inputs.read(console)?;
-        let comparison = compare(&robot.robot, &CATALOGUE, &runs, &self.inputs.options())?;
+        let comparison = compare(&robot.robot, &CATALOGUE, &runs, &self.inputs.options(console))?;
         console.answer(&comparison, || text(&comparison))
     }
 }

@@ -17,8 +17,13 @@ impl Console {
     /// Progress or a message.
     pub fn say(&self, text: &str) {
         if !self.quiet {
-            let _ = writeln!(std::io::stderr(), "{text}");
+            to_standard_error(text);
         }
+    }
+
+    /// Who is told how long work gets on.
+    pub fn progress(&self) -> Option<fn(&str)> {
+        (!self.quiet).then_some(to_standard_error)
     }
 
     /// The result: as one JSON object, or as the text.
@@ -35,6 +40,10 @@ impl Console {
     pub fn tell(&self, text: &str) -> Result<(), CliError> {
         if self.json { Ok(()) } else { print(&format!("{text}\n")) }
     }
+}
+
+fn to_standard_error(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
 }
 
 // A reader that has seen enough, as `head`, is no error.

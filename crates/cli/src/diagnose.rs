@@ -24,7 +24,7 @@ impl Diagnose {
     pub fn run(&self, console: &Console) -> Result<(), CliError> {
         let (robot, runs) = self.inputs.read(console)?;
         console.say("searching the catalogue …");
-        let diagnosis = diagnose(&robot.robot, &CATALOGUE, &runs, &self.inputs.options())?;
+        let diagnosis = diagnose(&robot.robot, &CATALOGUE, &runs, &self.inputs.options(console))?;
         console.answer(&diagnosis, || {
             let mut out = text(&diagnosis, self.explain);
             section(&mut out, "fitted", &values(&diagnosis.candidates));

@@ -32,7 +32,7 @@ impl Discover {
         let path = self.output.path(&file, &self.inputs.files(&self.check))?;
         let check = self.inputs.columns.read_pieces(&self.check)?;
         console.say("searching the catalogue …");
-        let found = discover(&file.robot, &CATALOGUE, &runs, &check, &self.inputs.options())?;
+        let found = discover(&file.robot, &CATALOGUE, &runs, &check, &self.inputs.options(console))?;
         write(&file.sidecar, &found.specs, &path)?;
         console.say(&format!("{}: written", path.display()));
         console.answer(&found, || {

@@ -35,7 +35,7 @@ impl Fit {
         let check = self.inputs.columns.read_pieces(&self.check)?;
         let add = new_effects(&self.add, &file.robot)?;
         console.say("fitting …");
-        let fit = fit(&file.robot, &CATALOGUE, &runs, &check, &add, &self.inputs.options())?;
+        let fit = fit(&file.robot, &CATALOGUE, &runs, &check, &add, &self.inputs.options(console))?;
         write(&file.sidecar, &fit.specs, &path)?;
         console.say(&format!("{}: written", path.display()));
         console.answer(&fit, || text(&fit))

@@ -62,13 +62,13 @@ pub(crate) struct Columns {
 }
 
 impl Inputs {
-    /// The settings of the analyses.
-    pub fn options(&self) -> Options {
+    /// The settings of the analyses; the console is told how they get on.
+    pub fn options(&self, console: &Console) -> Options {
         let residual = self.residual.map(|name| match name {
             ResidualName::Imposed => Residual::Imposed,
             ResidualName::Innovation => Residual::Innovation,
         });
-        Options { force: self.force, residual, ..Options::default() }
+        Options { force: self.force, residual, progress: console.progress(), ..Options::default() }
     }
 
     /// All files that the command reads, with the runs that nothing is fitted to.

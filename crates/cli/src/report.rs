@@ -35,7 +35,7 @@ impl Report {
         let (file, runs) = self.inputs.read(console)?;
         let check = self.inputs.columns.read_pieces(&self.check)?;
         console.say("searching the catalogue …");
-        let options = self.inputs.options();
+        let options = self.inputs.options(console);
         let fit = discover(&file.robot, &CATALOGUE, &runs, &check, &options)?;
         let all = [runs.as_slice(), check.as_slice()].concat();
         let unseen: Vec<String> = check.iter().map(|r| r.name.clone()).collect();

@@ -20,7 +20,7 @@ impl Trial {
     pub fn run(&self, console: &Console) -> Result<(), CliError> {
         let (robot, runs) = self.inputs.read(console)?;
         console.say("searching the runs, then surrogates of them …");
-        let found = trial(&robot.robot, &CATALOGUE, &runs, &self.inputs.options())?;
+        let found = trial(&robot.robot, &CATALOGUE, &runs, &self.inputs.options(console))?;
         console.answer(&found, || text(&found))
     }
 }

@@ -18,8 +18,9 @@ use crate::settings_file::{Settings, SettingsFile};
 /// ```
 ///
 /// Keys are `time` or `QUANTITY.PLACE`; `scale` is 1 and `offset` 0 if left out. `plus` and `times` name further
-/// columns: a deflection that comes on top of the motor's angle, a supply voltage behind a duty cycle. A table `[sensors]` gives
-/// `"QUANTITY.PLACE" = { std, resolution }`.
+/// columns: a deflection that comes on top of the motor's angle, a supply voltage behind a duty cycle. `wraps` is how far a
+/// column goes until it begins anew, in its own unit (360 of degrees): steps of more than half of it are taken for whole ones and
+/// taken out. A table `[sensors]` gives `"QUANTITY.PLACE" = { std, resolution }`.
 ///
 /// # Example
 /// ```
@@ -50,6 +51,7 @@ pub(crate) struct Column {
     pub times: Option<String>,
     pub scale: f64,
     pub offset: f64,
+    pub wraps: Option<f64>,
 }
 
 impl ColumnMap {
@@ -91,6 +93,10 @@ impl ColumnMap {
         for settings in file.settings(whole.get_ref())? {
             let column = column(&file, &settings)?;
             if settings.key == "time" {
+                if column.wraps.is_some() {
+                    let what = "\"time\" wraps".to_owned();
+                    return Err(file.error(settings.at, what, "write seconds that do not begin anew"));
+                }
                 map.time = Some(column);
             } else if let Some((other, _)) = map.signals.iter().find(|(_, other)| **other == column) {
                 let what = format!("\"{}\" is made of the same column as \"{other}\", alike", settings.key);
@@ -115,7 +121,7 @@ fn signal_name(file: &SettingsFile, settings: &Settings) -> Result<SignalName, D
 }
 
 fn column(file: &SettingsFile, settings: &Settings) -> Result<Column, DataError> {
-    file.allow(settings, &["column", "plus", "times", "scale", "offset"])?;
+    file.allow(settings, &["column", "plus", "times", "scale", "offset", "wraps"])?;
     let Some(header) = file.string(settings, "column")? else {
         return Err(file.error(
             settings.at,
@@ -128,10 +134,23 @@ fn column(file: &SettingsFile, settings: &Settings) -> Result<Column, DataError>
         let what = format!("\"scale\" of \"{}\" is zero", settings.key);
         return Err(file.error(settings.at, what, "leave it out for a scale of 1"));
     }
+    let times = file.string(settings, "times")?;
+    let wraps = file.number(settings, "wraps")?;
+    if let Some(wraps) = wraps
+        && (wraps <= 0.0 || times.is_some())
+    {
+        let what = match &times {
+            Some(times) => format!("\"{}\" wraps and is multiplied by \"{times}\"", settings.key),
+            None => format!("\"wraps\" of \"{}\" is {wraps}", settings.key),
+        };
+        let help = "wraps is a whole turn in the unit of the column, 360 of degrees, and goes without times";
+        return Err(file.error(settings.at, what, help));
+    }
     Ok(Column {
         header,
         plus: file.string(settings, "plus")?,
-        times: file.string(settings, "times")?,
+        times,
+        wraps,
         scale,
         offset: file.number(settings, "offset")?.unwrap_or(0.0),
     })
@@ -153,7 +172,8 @@ mod tests {
         let table = ColumnMap::parse("[joint_position.elbow]\ncolumn = \"q\"\nscale = 2.0", "m").unwrap();
         assert_eq!(quoted.signals, dotted.signals);
         assert_eq!(quoted.signals, table.signals);
-        let expected = Column { header: "q".into(), plus: None, times: None, scale: 2.0, offset: 0.0 };
+        let expected =
+            Column { header: "q".into(), plus: None, times: None, scale: 2.0, offset: 0.0, wraps: None };
         assert_eq!(quoted.signals[&"joint_position.elbow".parse().unwrap()], expected);
     }
 
@@ -161,7 +181,7 @@ mod tests {
     fn an_unknown_key_is_answered_with_its_place_and_the_nearest_one() {
         assert_eq!(
             message("time = { column = \"t\" }\n\"motor_torque.é\" = { colunm = \"x\" }"),
-            "map.toml:2:22: unknown key \"colunm\" of \"motor_torque.é\" (allowed: column, plus, times, scale, offset)\n  help: did you mean \"column\"?"
+            "map.toml:2:22: unknown key \"colunm\" of \"motor_torque.é\" (allowed: column, plus, times, scale, offset, wraps)\n  help: did you mean \"column\"?"
         );
     }
 
@@ -179,6 +199,11 @@ mod tests {
         assert!(message("time = { scale = 2 }").contains("names no column"));
         assert!(message("time = { column = 3 }").contains("is not a text (got integer)"));
         assert!(message("time = { column = \"t\", scale = 0 }").contains("\"scale\" of \"time\" is zero"));
+        assert!(message("time = { column = \"t\", wraps = -1 }").contains("\"wraps\" of \"time\" is -1"));
+        assert!(message("time = { column = \"t\", wraps = 1 }").contains("\"time\" wraps"));
+        assert!(
+            message("time = { column = \"t\", wraps = 1, times = \"u\" }").contains("multiplied by \"u\"")
+        );
         assert!(message("time = { column = ").starts_with("map.toml:1:"));
         assert!(message("[sensors]\nmotor_torque.sd = 1").starts_with("map.toml:2:14: unknown key \"sd\""));
     }

@@ -1,6 +1,6 @@
 //! Why a run, a window or a columns map was refused.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
@@ -11,7 +11,7 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum DataError {
     /// The file does not exist.
-    #[error("{}: no such file\n  help: check the path; a run is a .csv, .csv.gz or .parquet file", path.display())]
+    #[error("{}: no such file\n  help: {}", path.display(), help_for_missing(path))]
     Missing {
         /// The file.
         path: PathBuf,
@@ -41,6 +41,12 @@ pub enum DataError {
         file: String,
         /// What is wrong with it.
         what: String,
+    },
+    /// The name ends in `.parquet`, the content is not.
+    #[error("{file}: no Parquet file\n  help: rename it to .csv if it is plain text, else write it again")]
+    NotParquet {
+        /// The file.
+        file: String,
     },
     /// The text is not UTF-8.
     #[error("{file}:{line}: not UTF-8 text\n  help: save the file as CSV in UTF-8")]
@@ -325,4 +331,11 @@ pub enum DataError {
         /// What is wrong with it.
         what: String,
     },
+}
+
+fn help_for_missing(path: &Path) -> &'static str {
+    match path.extension().is_some_and(|end| end.eq_ignore_ascii_case("toml")) {
+        true => "check the path",
+        false => "check the path; a run is a .csv, .csv.gz or .parquet file",
+    }
 }

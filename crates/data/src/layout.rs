@@ -29,6 +29,8 @@ pub(crate) struct Field {
     times: Option<usize>,
     scale: f64,
     offset: f64,
+    /// How far it goes until it begins anew.
+    turn: Option<f64>,
 }
 
 impl Layout {
@@ -90,6 +92,15 @@ impl Layout {
             notes: self.notes.clone(),
             left_out: Vec::new(),
             origin: Some(Origin { file: file.into(), mark, numbers }),
+        }
+    }
+
+    /// Takes whole turns out of the signals that wrap.
+    pub fn unwrap(&self, run: &mut Run) {
+        for (signal, (_, field)) in run.signals.iter_mut().zip(&self.signals) {
+            if let Some(turn) = field.turn {
+                unwrap(&mut signal.values, turn);
+            }
         }
     }
 
@@ -159,7 +170,7 @@ impl Headers<'_> {
 
 impl Field {
     fn plain(index: usize) -> Field {
-        Field { index, plus: None, times: None, scale: 1.0, offset: 0.0 }
+        Field { index, plus: None, times: None, scale: 1.0, offset: 0.0, turn: None }
     }
 
     fn mapped(headers: &Headers, map: &ColumnMap, name: &str, column: &Column) -> Result<Field, DataError> {
@@ -170,6 +181,7 @@ impl Field {
             times: column.times.as_deref().map(find).transpose()?,
             scale: column.scale,
             offset: column.offset,
+            turn: column.wraps.map(|wraps| wraps * column.scale.abs()),
         })
     }
 
@@ -219,8 +231,33 @@ impl Field {
     }
 }
 
+// Steps of more than half a turn are whole ones and what is left of them.
+fn unwrap(values: &mut [f64], turn: f64) {
+    let (mut turns, mut before) = (0.0, None);
+    for value in values.iter_mut().filter(|value| value.is_finite()) {
+        let logged = *value;
+        turns -= before.map_or(0.0, |before: f64| ((logged - before) / turn).round());
+        *value = logged + turns * turn;
+        before = Some(logged);
+    }
+}
+
 /// The name of a file without `.csv`, `.parquet` or `.gz`.
 pub(crate) fn stem(file: &str) -> &str {
     let stem = file.strip_suffix(".gz").unwrap_or(file);
     [".csv", ".parquet"].iter().find_map(|end| stem.strip_suffix(end)).unwrap_or(stem)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_turns_are_taken_out_and_fields_that_are_no_numbers_passed_over() {
+        let mut values = vec![170.0, 179.0, f64::NAN, -175.0, 178.0, -170.0, -20.0, 150.0];
+        unwrap(&mut values, 360.0);
+        assert!(values[2].is_nan());
+        values.remove(2);
+        assert_eq!(values, [170.0, 179.0, 185.0, 178.0, 190.0, 340.0, 510.0]);
+    }
 }

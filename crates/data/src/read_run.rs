@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::column_map::ColumnMap;
 use crate::csv_file;
 use crate::error::DataError;
-use crate::file::{file_name, read_bytes, read_text, text};
+use crate::file::{file_name, is_parquet_name, read_bytes, read_text, text};
 use crate::layout::{Layout, stem};
 use crate::note::{Note, Severity};
 use crate::quantity::SignalName;
@@ -88,12 +88,14 @@ pub(crate) fn read(path: &Path, part: Part, columns: Option<&ColumnMap>) -> Resu
     let bytes = read_bytes(path)?;
     let raw = match bytes.starts_with(b"PAR1") {
         true => read_parquet(&file, bytes, columns)?,
+        false if is_parquet_name(path) && !bytes.is_empty() => return Err(DataError::NotParquet { file }),
         false => csv_file::read(&file, &text(&file, bytes)?, columns)?,
     };
     let Raw { mut run, faults, layout, names } = raw;
     let header_of =
         |name: &SignalName| layout.column_of(name).map_or_else(|| name.to_string(), |c| names[c].clone());
     run.pick(part.recording)?;
+    layout.unwrap(&mut run);
     let time_column = &names[layout.time.index];
     if let Some((from, to)) = part.window {
         run.validate_time(time_column)?;

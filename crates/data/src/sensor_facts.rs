@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use toml::de::DeTable;
+use toml::de::{DeTable, DeValue};
 
 use crate::error::DataError;
 use crate::quantity::{Quantity, SignalName};
@@ -46,13 +46,20 @@ impl SensorFacts {
         SensorFacts::parse(&text, &path.display().to_string())
     }
 
-    /// The facts of a whole `.run.toml`, called `name` in errors.
+    /// The facts of a whole `.run.toml`, called `name` in errors; they may stand under `[sensors]`, as in a columns map.
     ///
     /// # Errors
     /// If it is not well-formed or says something else than noise and resolution.
     pub fn parse(text: &str, name: &str) -> Result<SensorFacts, DataError> {
         let file = SettingsFile { name, text };
-        SensorFacts::from_table(&file, file.table()?.get_ref())
+        let whole = file.table()?;
+        // A table of its own, as in a columns map.
+        match whole.get_ref().get("sensors").map(|value| value.get_ref()) {
+            Some(DeValue::Table(sensors)) if whole.get_ref().len() == 1 => {
+                SensorFacts::from_table(&file, sensors)
+            }
+            _ => SensorFacts::from_table(&file, whole.get_ref()),
+        }
     }
 
     /// The facts of a table.
@@ -120,6 +127,16 @@ mod tests {
         assert_eq!(known(Quantity::MotorPosition, "wrist"), (Some(1e-5), Some(4e-5)));
         assert_eq!(known(Quantity::MotorTorque, "elbow"), (Some(1.0), None));
         assert_eq!(known(Quantity::MotorTorque, "wrist"), (None, None));
+        assert_eq!(
+            SensorFacts::parse(
+                &format!("[sensors]\n{text}")
+                    .replace('[', "[sensors.")
+                    .replace("[sensors.sensors]", "[sensors]"),
+                "m"
+            )
+            .unwrap(),
+            facts
+        );
     }
 
     #[test]

@@ -41,7 +41,28 @@ pub(crate) struct Worked<T> {
     pub names: Vec<String>,
     /// True if all is explained.
     pub is_answered: bool,
+    /// True if what is left is no more than torques leave that were held as they were logged.
+    pub takes_torques_as_held: bool,
     pub left: LeftOver,
+}
+
+impl<T> Worked<T> {
+    // Nothing is named, and nothing missing.
+    fn is_adequate(&self) -> bool {
+        self.is_answered && self.names.is_empty()
+    }
+
+    // All is explained, by one name at the most.
+    fn is_plain(&self) -> bool {
+        self.is_answered && self.names.len() <= 1
+    }
+
+    // By the innovation residual: all is explained down to torques that were held as they were read, by no more names than the
+    // imposed residual needs if that explains all, too.
+    fn explains_more(&self, imposed: &Self) -> bool {
+        let is_as_short = self.names.len() <= imposed.names.len() || !imposed.is_answered;
+        self.is_answered && self.takes_torques_as_held && is_as_short
+    }
 }
 
 /// Short times of the runs that hold what a search does not explain.
@@ -65,8 +86,8 @@ pub(crate) enum Aim {
     Fit,
 }
 
-/// Does `work` with a search of the runs. Where springs swing between the samples of a fast log, its torques are asked first whether
-/// they were held. Where a misfit passed for torque noise in every joint, or in one and nothing is named,
+/// Does `work` with a search of the runs. Where springs swing between the samples of a fast log, its torques are asked whether they
+/// were held, and both residuals where something is missing and not one name explains all. Where a misfit passed for torque noise in every joint, or in one and nothing is named,
 /// the work is done once more with the imposed residual; where all that is left is confined to episodes, once more without them. Where one stands
 /// out of what the base leaves, the work is tried without it, too: what acts once bends a model so far that the rest fits no
 /// longer, or that another law passes for it.
@@ -153,10 +174,32 @@ fn worked<T>(
             .told_by(Some(&search))
             .after(look.as_ref());
         if !suits {
-            if !are_held(&about, prepared.base_specs(robot, catalogue))? {
-                return work(&mut search, &begun);
+            let is_held = are_held(&about, prepared.base_specs(robot, catalogue));
+            let mut imposed = Search::new(&problem, &prepared.records, &prepared.sensors);
+            let mut imposed = |begun: &mut Analysis| {
+                begun.why = why;
+                work(&mut imposed, begun)
+            };
+            let mut held = |begun: &mut Analysis| {
+                begun.why = if is_held { HELD } else { HELD_WITH_NAMES };
+                work(&mut about, begun)
+            };
+            // What one of the two residuals calls adequate is: a name that only the other needs makes up for what it takes the
+            // torques between the samples for.
+            if is_held {
+                let held = held(&mut begun)?;
+                if aim == Aim::Fit || held.is_adequate() {
+                    return Ok(held);
+                }
+                let imposed = imposed(&mut begun)?;
+                return Ok(if held.explains_more(&imposed) { held } else { imposed });
             }
-            begun.why = HELD;
+            let imposed = imposed(&mut begun)?;
+            if aim == Aim::Fit || imposed.is_plain() {
+                return Ok(imposed);
+            }
+            let held = held(&mut begun).ok().filter(|held| held.explains_more(&imposed));
+            return Ok(held.unwrap_or(imposed));
         }
         begun.first = look.as_ref().map(FirstLook::told);
         about.refusals.extend(look.iter().flat_map(FirstLook::refusals));
@@ -179,9 +222,10 @@ fn may_be_held(prepared: &Prepared) -> bool {
     is_fast(prepared) && prepared.scales.parts > 1 && Innovation::impossible(&prepared.sensors).is_none()
 }
 
-// True if the fitted base leaves so little that the torques are what the residual takes them for.
-fn are_held(search: &Search, specs: Vec<EffectSpec>) -> Result<bool, IdentifyError> {
-    Ok(search.base(specs)?.reference.is_some_and(|reference| reference.takes_torques_as_held))
+// True if the fitted base leaves so little that the torques are what the residual takes them for; not so where it cannot be
+// followed.
+fn are_held(search: &Search, specs: Vec<EffectSpec>) -> bool {
+    search.base(specs).is_ok_and(|base| base.takes_torques_as_held())
 }
 
 fn is_fast(prepared: &Prepared) -> bool {
@@ -194,6 +238,7 @@ const FAST: f64 = 200.0;
 const SUITED: &str = "motor torque and encoders at 200 Hz or more: their noise is treated together";
 const HELD: &str =
     "motor torques act as they were logged, held from sample to sample, with no more than their noise";
+const HELD_WITH_NAMES: &str = "with what is named, motor torques act as they were logged, held from sample to sample, with no more than their noise";
 const DROWNED: &str =
     "the innovation residual finds more torque noise than there is torque: a misfit passes for noise";
 const SLOW: &str =
@@ -289,4 +334,27 @@ pub(crate) fn residual_told(search: &Search, begun: &Analysis) -> String {
     });
     let first = begun.first.iter().map(|first| format!("; {first}")).collect::<String>();
     format!("residual: {name} ({}){noise}{first}", begun.why)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn worked(names: usize, is_answered: bool, takes_torques_as_held: bool) -> Worked<()> {
+        let names = (0..names).map(|k| format!("effect_{k}")).collect();
+        Worked { result: (), names, is_answered, takes_torques_as_held, left: LeftOver::default() }
+    }
+
+    #[test]
+    fn held_torques_are_believed_where_they_explain_all_by_no_more_names() {
+        let held = worked(1, true, true);
+        assert!(held.explains_more(&worked(1, true, false)) && held.explains_more(&worked(2, true, false)));
+        assert!(held.explains_more(&worked(0, false, false)));
+        // What the other calls adequate is.
+        assert!(!held.explains_more(&worked(0, true, false)));
+        // A misfit that passes for noise, or something that is left.
+        assert!(!worked(1, true, false).explains_more(&worked(2, false, false)));
+        assert!(!worked(1, false, true).explains_more(&worked(2, false, false)));
+        assert!(worked(1, true, false).is_plain() && !worked(2, true, false).is_plain());
+    }
 }

@@ -7,7 +7,7 @@ use sinew_data::{Note, Quantity, Run, Severity};
 use sinew_model::Robot;
 
 // Seconds of a run and most joints that are looked at.
-const LOOKED_AT: f64 = 10.0;
+pub(crate) const LOOKED_AT: f64 = 10.0;
 const MOST_JOINTS: usize = 8;
 // The share of its torque that the model explains of every joint where nothing is looked for.
 const NEARLY_ALL: f64 = 0.9;
@@ -18,6 +18,8 @@ const GAIN: f64 = 0.5;
 /// How the torque of a joint follows the model's.
 pub(crate) struct Followed {
     pub dof: usize,
+    /// Its factor of the model's.
+    pub slope: f64,
     /// The share of its square that the model explains; negative where it has the opposite sign.
     pub share: f64,
 }
@@ -149,7 +151,7 @@ impl Arrangement {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use sinew_data::Signal;
     use sinew_effects::CATALOGUE;
     use sinew_model::samples;
@@ -159,7 +161,7 @@ mod tests {
     use crate::{Options, torque_checks};
 
     // Two joints of an arm in its own plane, moved at incommensurable frequencies, with the torques of its model.
-    fn run(robot: &Robot) -> Run {
+    pub(crate) fn run(robot: &Robot) -> Run {
         let period = 2e-3;
         let time: Vec<f64> = (0..4000).map(|k| period * k as f64).collect();
         let motion = |t: f64| {

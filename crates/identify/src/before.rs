@@ -4,6 +4,7 @@ use sinew_data::{Note, Quantity, Repeat, Run, Severity, check_run};
 use sinew_effect::{Catalogue, Requirement};
 use sinew_model::{EffectSpec, Place, Robot, nearest};
 
+use crate::base::scope;
 use crate::comparison::Prepared;
 use crate::range_checks::range_checks;
 use crate::record::{Sensors, all_have};
@@ -23,7 +24,7 @@ pub(crate) fn begun(
     runs: &[Run],
     options: &Options,
 ) -> Result<(Robot, Prepared, Vec<Finding>), IdentifyError> {
-    let unknown = strangers(robot, runs);
+    let unknown = suspicions(strangers(robot, runs).into_iter().collect(), options)?;
     let (robot, mut findings) = as_measured(robot, catalogue, runs);
     findings.extend(unknown);
     let prepared = Prepared::new(&robot, runs, options)?;
@@ -61,17 +62,19 @@ pub(crate) fn of_unseen(
     suspicions(notes, options)
 }
 
-/// Says why these runs cannot be compared at all: nothing to compare, too short, nothing moves.
+/// What of these runs is compared: how long they are, which signals, what is not seen in them.
 ///
 /// # Errors
-/// If they cannot.
+/// If they cannot be compared at all: nothing to compare, too short, nothing moves.
 pub fn readiness(
     robot: &Robot,
     catalogue: &Catalogue,
     runs: &[Run],
     options: &Options,
-) -> Result<(), IdentifyError> {
-    Prepared::new(&as_measured(robot, catalogue, runs).0, runs, options).map(|_| ())
+) -> Result<String, IdentifyError> {
+    let robot = as_measured(robot, catalogue, runs).0;
+    let prepared = Prepared::new(&robot, runs, options)?;
+    Ok(scope(&robot, &prepared.sensors, runs))
 }
 
 /// The robot with the joints that no run measures held still and without the springs before links seen alone, and the
@@ -138,8 +141,9 @@ fn suspicions(mut notes: Vec<Note>, options: &Options) -> Result<Vec<Finding>, I
     Ok(notes.into_iter().map(finding).collect())
 }
 
-// Joints that runs name and the robot does not have: nothing of them is compared.
-fn strangers(robot: &Robot, runs: &[Run]) -> Option<Finding> {
+/// Joints that runs name and the robot does not have: nothing of them is compared. An error if one looks like a joint of the robot
+/// that the runs do not name: the same in another spelling.
+pub fn strangers(robot: &Robot, runs: &[Run]) -> Option<Note> {
     let known: Vec<String> = (0..robot.model.nv).map(|dof| robot.model.dof_name(dof).to_owned()).collect();
     let mut names: Vec<&str> = Vec::new();
     for name in runs.iter().flat_map(Run::joints) {
@@ -147,15 +151,36 @@ fn strangers(robot: &Robot, runs: &[Run]) -> Option<Finding> {
             names.push(name);
         }
     }
-    let first = names.first()?;
+    names.first()?;
+    let is_named = |joint: &str| runs.iter().any(|run| run.joints().contains(&joint));
     let meant =
-        nearest(first, &known).map_or(String::new(), |known| format!(" (\"{first}\" for \"{known}\"?)"));
+        |name: &str| nearest(name, &known).filter(|joint| !is_named(joint) && !differ_in_digits(name, joint));
+    let meant = names.iter().find_map(|name| Some((*name, meant(name)?)));
     let statement = format!(
-        "the runs name {}, which robot \"{}\" does not have{meant}: nothing of them is compared",
+        "the runs name {}, which robot \"{}\" does not have: nothing of {} is compared",
         listed(&names),
-        robot.model.name
+        robot.model.name,
+        if names.len() == 1 { "it" } else { "them" }
     );
-    Some(Finding::of_data(names.join(", "), "", statement))
+    let (severity, help) = match meant {
+        Some((name, joint)) => (
+            Severity::Error,
+            format!("write \"{joint}\" for \"{name}\" in the header of the run or in the columns map"),
+        ),
+        None => (Severity::Warning, format!("its joints are {}", known.join(", "))),
+    };
+    let of: Vec<&str> = runs
+        .iter()
+        .filter(|run| run.joints().iter().any(|j| names.contains(j)))
+        .map(|r| r.name.as_str())
+        .collect();
+    Some(Note { severity, place: of.join(", "), statement, help })
+}
+
+// Two joints of a chain, not one in two spellings.
+fn differ_in_digits(a: &str, b: &str) -> bool {
+    let digits = |name: &str| name.chars().filter(char::is_ascii_digit).collect::<String>();
+    digits(a) != digits(b)
 }
 
 // Joints that move and of which nothing shows what the model says of them.
@@ -259,14 +284,25 @@ mod tests {
 
     #[test]
     fn a_joint_that_the_robot_does_not_have_is_told_with_the_one_that_may_be_meant() {
-        let robot = Robot::rigid(samples::planar_arm(2, 4.0, 0.5));
         let run = |joint: &str| {
             let signal = Signal::new(Quantity::MotorTorque, joint, vec![0.0; 3]);
             Run::new("run".to_owned(), vec![0.0, 1.0, 2.0], vec![signal]).unwrap()
         };
-        assert_eq!(strangers(&robot, &[run("joint_2")]), None);
-        let told = strangers(&robot, &[run("joint_2"), run("joint2")]).unwrap().statement;
-        assert!(told.contains("joint \"joint2\"") && told.contains("for \"joint_2\"?"), "{told}");
+        let two = Robot::rigid(samples::planar_arm(2, 4.0, 0.5));
+        assert_eq!(strangers(&two, &[run("joint_2")]), None);
+        // Both spellings occur; one only, of a joint that nothing else shows; a joint that is another one.
+        let told = |names: &[&str]| {
+            let runs: Vec<Run> = names.iter().map(|name| run(name)).collect();
+            let note = strangers(&two, &runs).unwrap();
+            (note.severity, note.help)
+        };
+        assert_eq!(told(&["joint_2", "joint2"]).0, Severity::Warning);
+        let (severity, help) = told(&["joint_1", "joint2"]);
+        assert!(
+            severity == Severity::Error && help.starts_with("write \"joint_2\" for \"joint2\""),
+            "{help}"
+        );
+        assert_eq!(told(&["joint_1", "joint_3"]).0, Severity::Warning);
     }
 
     #[test]

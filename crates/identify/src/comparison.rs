@@ -225,7 +225,8 @@ const REST: f64 = 20.0;
 // Times what is needed at the least from which a log is not too short.
 const LONG: f64 = 3.0;
 
-fn range(x: &[f64]) -> f64 {
+/// Largest less smallest value.
+pub(crate) fn range(x: &[f64]) -> f64 {
     let (least, most) = x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
     most - least
 }

@@ -170,6 +170,7 @@ pub(crate) fn explore(
         let added: Vec<Trial> = next.added_since(&state).iter().map(|a| a.trial.clone()).collect();
         state = next;
         let labels: Vec<String> = added.iter().map(|t| t.label()).collect();
+        search.problem.options.tell(&format!("  step {step}: {} explains more", labels.join(", ")));
         rungs.push(rung(search, &labels, &state, unseen));
         step += 1;
     }

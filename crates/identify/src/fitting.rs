@@ -227,8 +227,9 @@ fn work(
         let unseen = steps.last().and_then(StepReport::unseen_finding);
         diagnosis.findings.splice(0..0, unseen.into_iter().chain(suspicions.iter().cloned()));
         let names = explored.state.names();
+        let takes_torques_as_held = explored.state.takes_torques_as_held();
         let result = finished(search, explored, diagnosis, steps, runs, check);
-        Ok(Worked { result, names, is_answered, left })
+        Ok(Worked { result, names, is_answered, takes_torques_as_held, left })
     })
 }
 

@@ -32,6 +32,7 @@ mod merge;
 mod moments;
 mod options;
 mod other_springs;
+mod position_units;
 mod probability;
 mod problem;
 mod range_checks;
@@ -61,7 +62,7 @@ mod views;
 mod walk;
 mod waves;
 
-pub use before::{listed, readiness};
+pub use before::{listed, readiness, strangers};
 pub use comparison::{Comparison, RunError, SignalError, Trace, compare, compare_taking};
 pub use diagnosis::{Accepted, CandidateReport, ChannelReport, Diagnosis, RivalReport, diagnose};
 pub use episode::NAME as EPISODE;

@@ -11,7 +11,7 @@ pub enum Residual {
 }
 
 /// Settings of the analyses. The defaults are those of the recognition suite.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Options {
     /// At most this many effects are added.
     pub most_effects: usize,
@@ -27,6 +27,16 @@ pub struct Options {
     pub residual: Option<Residual>,
     /// Seed of the generic predictor and of the noise propagation.
     pub seed: u64,
+    /// Is told what is going on, a line at a time, as searches and trials go on.
+    pub progress: Option<fn(&str)>,
+}
+
+impl Options {
+    pub(crate) fn tell(&self, line: &str) {
+        if let Some(progress) = self.progress {
+            progress(line);
+        }
+    }
 }
 
 impl Default for Options {
@@ -39,6 +49,7 @@ impl Default for Options {
             force: false,
             residual: None,
             seed: 1,
+            progress: None,
         }
     }
 }

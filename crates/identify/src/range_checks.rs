@@ -5,6 +5,8 @@ use std::f64::consts::TAU;
 use sinew_data::{Note, Quantity, Run, Severity};
 use sinew_model::{Joint, JointKind, Robot};
 
+use crate::comparison::range;
+
 // Share of the samples that may lie outside, and what counts as inside beyond the limits, as a share of their distance.
 const MOST_OUTSIDE: f64 = 0.01;
 const BEYOND: f64 = 0.02;
@@ -16,6 +18,10 @@ const FAR: f64 = 3.0;
 const FASTER: f64 = 1.5;
 // Seconds over which a speed is taken: encoder steps are no speed.
 const OVER: f64 = 0.05;
+// A speed that joints of robots hardly have, rad/s; told where the URDF states no limit.
+const HARDLY: f64 = 20.0;
+// A position that stands still while the other of its joint moves by so much, rad, is no deflection.
+const STILL: f64 = 0.5;
 // Share of a turn by which a jump of a turn may miss it.
 const ALMOST: f64 = 0.03;
 // Torque by the URDF's limit of effort that is told.
@@ -27,7 +33,8 @@ const SOFT: f64 = 1.0;
 /// half as fast again as its limit of velocity; of torques that are half as large again as its limit of effort, in up to 1 % of a run; of a spring that the logged torques would bend by more than a radian; of a
 /// motor current without a torque constant; of a spring without a rotor. A motion much wider than these limits, where degrees would explain it, is an error.
 ///
-/// Joints without limits are not looked at; the help says so where degrees would explain it.
+/// A turning joint without a limit of velocity is told from 20 rad/s on. A position that never changes while the other of its
+/// joint moves by half a radian is an error.
 pub fn range_checks(robot: &Robot, runs: &[Run]) -> Vec<Note> {
     let model = &robot.model;
     let joints = || (0..model.nv).map(|dof| &model.joints[model.joint_of_dof(dof).0]);
@@ -43,8 +50,9 @@ pub fn range_checks(robot: &Robot, runs: &[Run]) -> Vec<Note> {
     };
     let soft = runs.iter().flat_map(|run| (0..model.nv).filter_map(|dof| too_soft(robot, run, dof)));
     let idle = runs.iter().flat_map(|run| (0..model.nv).filter_map(|dof| idle_current(robot, run, dof)));
+    let still = runs.iter().flat_map(|run| joints().filter_map(|joint| stands_still(run, joint)));
     let light = (0..model.nv).filter_map(|dof| without_rotor(robot, dof));
-    runs.iter().flat_map(of_run).chain(soft).chain(idle).chain(light).collect()
+    runs.iter().flat_map(of_run).chain(soft).chain(idle).chain(still).chain(light).collect()
 }
 
 // Torques that the URDF's drive does not have: another unit, or readings that are none. Many a URDF states a limit that is none, so
@@ -89,6 +97,18 @@ fn idle_current(robot: &Robot, run: &Run, dof: usize) -> Option<Note> {
     })
 }
 
+// An encoder of a joint that shows nothing of what the other shows.
+fn stands_still(run: &Run, joint: &Joint) -> Option<Note> {
+    let of =
+        |quantity| run.signal(quantity, &joint.name).map(|signal| (signal.name(), range(&signal.values)));
+    let (motor, link) = (of(Quantity::MotorPosition)?, of(Quantity::JointPosition)?);
+    let ((still, moves_not), (other, moves)) = if motor.1 < link.1 { (motor, link) } else { (link, motor) };
+    let is_dead = !joint.kind.slides() && moves_not == 0.0 && moves > STILL;
+    let statement = format!("{still} stands still in the whole run, while {other} moves by {moves:.3} rad");
+    let help = "leave the column out: the joint's other encoder goes without it".to_owned();
+    is_dead.then(|| Note { severity: Severity::Error, place: run.name.clone(), statement, help })
+}
+
 // A spring with nothing on the motor's side: its motion there is that of no mass.
 fn without_rotor(robot: &Robot, dof: usize) -> Option<Note> {
     let (name, joint) = (robot.model.dof_name(dof), &robot.joints[dof]);
@@ -125,7 +145,8 @@ fn too_soft(robot: &Robot, run: &Run, dof: usize) -> Option<Note> {
 fn too_fast(run: &Run, joint: &Joint, quantity: Quantity) -> Option<Note> {
     let limit = joint.limits.velocity;
     let values = &run.signal(quantity, &joint.name)?.values;
-    if !(limit.is_finite() && limit > 0.0) {
+    let is_limited = limit.is_finite() && limit > 0.0;
+    if !is_limited && joint.kind.slides() {
         return None;
     }
     let apart = ((OVER / run.period()).round() as usize).clamp(1, values.len() - 1);
@@ -135,14 +156,22 @@ fn too_fast(run: &Run, joint: &Joint, quantity: Quantity) -> Option<Note> {
     let rank = ((1.0 - MOST_OUTSIDE) * (speeds.len() - 1) as f64) as usize;
     let (_, speed, _) = speeds.select_nth_unstable_by(rank, f64::total_cmp);
     let times = *speed / limit;
-    let statement = format!(
-        "{quantity}.{}: 1 % of it is faster than {speed:.3} a second, {times:.2} times the URDF's limit of velocity ({limit})",
-        joint.name
-    );
-    let help = "compare the units of time and position with the log's, and the URDF's limit with the robot's"
-        .to_owned();
+    let (is_told, beside, help) = match is_limited {
+        true => (
+            times > FASTER,
+            format!("{times:.2} times the URDF's limit of velocity ({limit})"),
+            "compare the units of time and position with the log's, and the URDF's limit with the robot's",
+        ),
+        false => (
+            *speed > HARDLY,
+            "fast for a joint of a robot".to_owned(),
+            "compare the units of time and position with the log's: they are s and rad",
+        ),
+    };
+    let statement =
+        format!("{quantity}.{}: 1 % of it is faster than {speed:.3} a second, {beside}", joint.name);
     let severity = Severity::Warning;
-    (times > FASTER).then(|| Note { severity, place: run.name.clone(), statement, help })
+    is_told.then(|| Note { severity, place: run.name.clone(), statement, help: help.to_owned() })
 }
 
 fn outside(run: &Run, joint: &Joint, quantity: Quantity) -> Option<Note> {

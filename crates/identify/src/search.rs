@@ -70,6 +70,11 @@ impl State {
         self.reference.as_ref().map_or(0.0, |reference| reference.misfit())
     }
 
+    /// True if it leaves no more than torques leave that were held as they were logged.
+    pub fn takes_torques_as_held(&self) -> bool {
+        self.reference.as_ref().is_some_and(|reference| reference.takes_torques_as_held)
+    }
+
     /// How it takes logged torques, where rows tell.
     pub fn torques(&self) -> Option<LoggedTorques> {
         self.reference.as_ref().map(|reference| reference.torques)

@@ -9,6 +9,7 @@
 
 use rand::{Rng, SeedableRng, rngs::SmallRng};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -96,7 +97,8 @@ pub fn trial(
         let effects = explored.state.names();
         let names = effects.clone();
         let result = TrialReport { effects, false_acceptance, surrogates, sentence };
-        Ok(Worked { result, names, is_answered: true, left: LeftOver::default() })
+        let takes_torques_as_held = explored.state.takes_torques_as_held();
+        Ok(Worked { result, names, is_answered: true, takes_torques_as_held, left: LeftOver::default() })
     })
 }
 
@@ -161,6 +163,7 @@ fn tried(
 ) -> Result<Vec<SurrogateReport>, IdentifyError> {
     let layout = search.problem.form.layout();
     let residual = &state.fitted.at.residual;
+    let (all, done) = (which.len(), AtomicUsize::new(0));
     let of = |(turned, number): (Turned, u64)| {
         let seed = search.problem.options.seed.wrapping_mul(1009).wrapping_add(number);
         let rows = match turned {
@@ -168,6 +171,8 @@ fn tried(
             Turned::Shifted => shifted(layout, residual, seed),
         };
         let accepted = first_accepted(search, state, rows)?;
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        search.problem.options.tell(&format!("  {done} of {all} surrogates searched"));
         Ok(SurrogateReport { turned, accepted })
     };
     which.into_par_iter().map(of).collect()

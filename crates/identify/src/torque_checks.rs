@@ -7,7 +7,8 @@ use sinew_model::Robot;
 use crate::Options;
 use crate::arrangement::{Followed, arrangement_notes};
 use crate::before::as_measured;
-use crate::comparison::Prepared;
+use crate::comparison::{Prepared, range};
+use crate::position_units::unit_notes;
 use crate::problem::{Candidate, Problem};
 use crate::record::{Channel, Record};
 use crate::residual::ResidualForm;
@@ -23,18 +24,23 @@ const BELIEVABLE: std::ops::Range<f64> = 1.0 / 30.0..300.0;
 const WEIGHTY: f64 = 0.02;
 // A deflection that follows the model's backwards to this share, by about as much, is of two encoders in each other's place.
 const BACKWARDS: f64 = 0.7;
+// A torque that stays the same within this share of it is no measurement, if its joint moves by so much (rad, m) and friction
+// explains no more than this share of what the motion takes.
+const SAME: f64 = 1e-9;
+const MOVES: f64 = 0.05;
+const FRICTION: f64 = 0.5;
 // Two joints are swapped if exchanging them explains this much more, of two.
 const SWAP: f64 = 0.4;
 
 /// What is suspicious about the torques of motors and joints: opposite sign, another unit or side of the gear, swapped joints;
-/// about the two encoders of a joint: exchanged.
+/// about the two encoders of a joint: exchanged. A torque that never changes although the motion takes another is an error.
 ///
 /// ```text
 /// τ_measured ≈ a τ_model + b,   a < 0: sign;   |a| far from one: unit or gear;   R²(i, j) + R²(j, i) ≫ R²(i, i) + R²(j, j): swapped
 /// (θ − q)_measured ≈ a (θ − q)_model + b,   a ≈ −1: encoders exchanged
 /// ```
 ///
-/// Where the torques of motors do not follow the model, whether they would if positions or whole joints were turned about or
+/// Where the torques of motors do not follow the model, whether they would with positions in another unit, and whether they would if positions or whole joints were turned about or
 /// exchanged, by the first seconds. Empty where nothing can be said: no torque, too short a run, a model that explains little
 /// of any joint.
 pub fn torque_checks(robot: &Robot, catalogue: &Catalogue, runs: &[Run], options: &Options) -> Vec<Note> {
@@ -51,11 +57,21 @@ pub(crate) fn torque_notes(
     prepared: &Prepared,
     options: &Options,
 ) -> Vec<Note> {
+    // How the torques of motors follow the model in a run.
+    let explained = |run: &Run| {
+        let compared = compared_alone(robot, catalogue, run, prepared, options)?;
+        Some(compared.iter().filter(|c| c.channel.sensor == Sensor::MotorTorque).map(followed).collect())
+    };
+    let in_another_unit = unit_notes(robot, runs, explained);
+    if !in_another_unit.is_empty() {
+        return in_another_unit;
+    }
     let compared = compared(robot, catalogue, prepared, options);
     let of = |sensor: Sensor| compared.iter().filter(move |c| c.channel.sensor == sensor);
     let mut notes: Vec<Note> = [Sensor::MotorTorque, Sensor::JointTorque]
         .into_iter()
         .flat_map(|sensor| of_sensor(robot, of(sensor).collect()))
+        .chain(of(Sensor::MotorTorque).filter_map(|torque| dead(robot, torque)))
         .chain(of(Sensor::JointPosition).filter_map(|deflection| exchanged(robot, deflection)))
         .collect();
     let none_is_wrong = |notes: &[Note]| notes.iter().all(|note| note.severity != Severity::Error);
@@ -63,10 +79,7 @@ pub(crate) fn torque_notes(
         notes.extend(turned_notes(robot, catalogue, &Vec::from_iter(runs), prepared, options));
     }
     if none_is_wrong(&notes) {
-        notes.extend(arrangement_notes(robot, runs, |run| {
-            let compared = compared_alone(robot, catalogue, run, prepared, options)?;
-            Some(compared.iter().filter(|c| c.channel.sensor == Sensor::MotorTorque).map(followed).collect())
-        }));
+        notes.extend(arrangement_notes(robot, runs, explained));
     }
     notes
 }
@@ -116,6 +129,9 @@ struct Compared {
     channel: Channel,
     measured: Vec<f64>,
     predicted: Vec<f64>,
+    /// Positions and velocities of its joint.
+    position: Vec<f64>,
+    velocity: Vec<f64>,
 }
 
 // All channels; none of a robot that is no plant.
@@ -129,12 +145,14 @@ fn compared(robot: &Robot, catalogue: &Catalogue, prepared: &Prepared, options: 
         let measured: Vec<f64> = rows(&|r| r.rows(&r.measured[c]));
         let left = layout.of_channel(c).flat_map(|s| &residual[s.first..s.first + s.len]);
         let predicted: Vec<f64> = measured.iter().zip(left).map(|(m, left)| m - left).collect();
-        if channel.sensor != Sensor::JointPosition {
-            return Compared { channel: *channel, measured, predicted };
-        }
-        let theta: Vec<f64> = rows(&|r| r.rows(&r.theta[channel.dof]));
-        let deflection = |q: &[f64]| theta.iter().zip(q).map(|(theta, q)| theta - q).collect();
-        Compared { channel: *channel, measured: deflection(&measured), predicted: deflection(&predicted) }
+        let position: Vec<f64> = rows(&|r| r.rows(&r.theta[channel.dof]));
+        let velocity = rows(&|r| r.rows(&r.thetad[channel.dof]));
+        let deflection = |q: &[f64]| position.iter().zip(q).map(|(theta, q)| theta - q).collect();
+        let (measured, predicted) = match channel.sensor {
+            Sensor::JointPosition => (deflection(&measured), deflection(&predicted)),
+            _ => (measured, predicted),
+        };
+        Compared { channel: *channel, measured, predicted, position, velocity }
     };
     layout.channels.iter().enumerate().map(of).collect()
 }
@@ -154,9 +172,35 @@ fn exchanged(robot: &Robot, deflection: &Compared) -> Option<Note> {
     is_backwards.then(|| suspicion(Severity::Error, place, statement, &help))
 }
 
+// A torque that stays the same to the last digit although the motion takes another: a column that nobody fills. Of a joint
+// without a drive, or one that is driven by a step, the model asks for what friction takes.
+fn dead(robot: &Robot, torque: &Compared) -> Option<Note> {
+    let &value = torque.measured.first()?;
+    let (joint, range) = (robot.model.dof_name(torque.channel.dof), range(&torque.position));
+    let is_constant = torque.measured.iter().all(|x| (x - value).abs() <= SAME * value.abs());
+    let asked = std(&torque.predicted);
+    if !is_constant || asked == 0.0 || range < MOVES || by_friction(torque) > FRICTION {
+        return None;
+    }
+    let statement = format!(
+        "{value:.4} throughout, although \"{joint}\" moves by {range:.3}, which takes a torque that varies by {asked:.3} (standard deviation)"
+    );
+    let help = "leave the column out of the run, or log the torque that drives the joint";
+    Some(suspicion(Severity::Error, format!("{}.{joint}", torque.channel.signal()), statement, help))
+}
+
+// The share of the model's torque about its mean that sign and size of the velocity explain.
+fn by_friction(torque: &Compared) -> f64 {
+    let velocity = &torque.velocity;
+    let signs: Vec<f64> = velocity.iter().map(|v| v.signum()).collect();
+    let (slope, share) = regression(&torque.predicted, &signs);
+    let left: Vec<f64> = torque.predicted.iter().zip(&signs).map(|(p, s)| p - slope * s).collect();
+    share + (1.0 - share) * regression(&left, velocity).1
+}
+
 fn followed(torque: &Compared) -> Followed {
     let (slope, share) = regression(&torque.measured, &torque.predicted);
-    Followed { dof: torque.channel.dof, share: share.copysign(slope) }
+    Followed { dof: torque.channel.dof, slope, share: share.copysign(slope) }
 }
 
 fn of_sensor(robot: &Robot, torques: Vec<&Compared>) -> Vec<Note> {
@@ -193,7 +237,7 @@ fn sign_or_size(place: String, torque: &Compared, is_weighty: bool) -> Option<No
     } else if !(1.0 / FACTOR..FACTOR).contains(&slope) {
         let statement = format!("the torque is {slope:.3} times the model's");
         let help = format!(
-            "motor quantities are in N·m and reflected to the link side (times the gear ratio): multiply the column's scale in the map by what is missing, about {:.3}, or name currents motor_current",
+            "motor quantities are in N·m and reflected to the link side (times the gear ratio): multiply the column's scale in the map by what is missing, about {:.3}, or name currents motor_current; positions that are not in rad or m do the same",
             1.0 / slope
         );
         let is_no_model = is_weighty && !BELIEVABLE.contains(&slope);
@@ -244,4 +288,32 @@ fn regression(y: &[f64], x: &[f64]) -> (f64, f64) {
         yy += (a - my) * (a - my);
     }
     if xx > 0.0 && yy > 0.0 { (xy / xx, xy * xy / (xx * yy)) } else { (0.0, 0.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use sinew_data::Quantity;
+    use sinew_effects::CATALOGUE;
+    use sinew_model::samples;
+
+    use super::*;
+    use crate::arrangement::tests::run;
+
+    #[test]
+    fn a_torque_that_never_changes_is_refused_and_a_joint_without_a_drive_is_not() {
+        let robot = Robot::rigid(samples::planar_arm(2, 4.0, 0.5));
+        let told = |torque: &dyn Fn(usize, f64) -> f64| {
+            let mut run = run(&robot);
+            let name = robot.model.dof_name(1).to_owned();
+            let position = run.signal(Quantity::MotorPosition, &name).unwrap().values.clone();
+            let torques =
+                run.signals.iter_mut().find(|s| s.quantity == Quantity::MotorTorque && s.place == name);
+            let torques = &mut torques.unwrap().values;
+            torques.iter_mut().zip(&position).enumerate().for_each(|(k, (x, _))| *x = torque(k, *x));
+            torque_checks(&robot, &CATALOGUE, &[run], &Options::default())
+        };
+        let dead = |notes: &[Note]| notes.iter().any(|n| n.statement.contains("throughout"));
+        assert!(dead(&told(&|_, _| 0.0)) && dead(&told(&|_, _| 2.5)));
+        assert!(!dead(&told(&|_, x| x)) && !dead(&told(&|k, _| if k < 9 { 1.0 } else { 0.0 })));
+    }
 }

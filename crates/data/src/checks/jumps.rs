@@ -30,14 +30,16 @@ fn tell(run: &Run, signal: &Signal) -> Option<Note> {
         1 => String::new(),
         n => format!("; {n} jumps in the run"),
     };
-    let turns = (size / TAU).round();
-    let help = if turns != 0.0 && (size - turns * TAU).abs() < TURN {
-        "an angle that was wrapped: unwrap it before the log is read, or use a window without it: FILE@FROM..TO"
+    let (severity, help) = if is_turn(size) {
+        (
+            Severity::Error,
+            "an angle that was wrapped: give it wraps = 6.283185307179586 in the columns map, or a whole turn in the unit of its column",
+        )
     } else {
-        "nothing that has mass jumps: use a window of the run without it, FILE@FROM..TO"
+        (Severity::Warning, "nothing that has mass jumps: use a window of the run without it, FILE@FROM..TO")
     };
     Some(Note {
-        severity: Severity::Warning,
+        severity,
         place: run.place_of(first),
         statement: format!(
             "{}: jumps by {} {} from the sample before{more}",
@@ -47,6 +49,16 @@ fn tell(run: &Run, signal: &Signal) -> Option<Note> {
         ),
         help: help.into(),
     })
+}
+
+/// True if an angle jumps by whole turns.
+pub(super) fn is_wrapped(signal: &Signal) -> bool {
+    jumps(signal).into_iter().any(|(_, size)| is_turn(size))
+}
+
+fn is_turn(size: f64) -> bool {
+    let turns = (size / TAU).round();
+    turns != 0.0 && (size - turns * TAU).abs() < TURN
 }
 
 /// The sample after every jump, and by how much.
@@ -100,6 +112,7 @@ mod tests {
         assert!(notes[0].statement.ends_with("2 jumps in the run"));
         let mut values = motion();
         values[700..].iter_mut().for_each(|x| *x -= TAU);
-        assert!(told(values)[0].help.contains("wrapped"));
+        let turned = told(values).remove(0);
+        assert!(turned.severity == Severity::Error && turned.help.contains("wrapped"), "{turned}");
     }
 }

@@ -60,6 +60,10 @@ fn ratio(run: &Run, theta: &Signal, q: &Signal) -> Option<Note> {
         let middle = median(x.to_vec());
         x.iter().map(|v| v - middle).collect::<Vec<f64>>()
     };
+    // A side that stands still is told for itself.
+    if [theta, q].iter().any(|signal| extremes(&signal.values).0 == extremes(&signal.values).1) {
+        return None;
+    }
     let slope = robust_slope(&centred(&q.values), &centred(&theta.values))?;
     if (slope - 1.0).abs() <= SLOPE {
         return None;

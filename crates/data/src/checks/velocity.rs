@@ -1,6 +1,7 @@
 //! Logged velocity against the derivative of the position: unit, sign, gear ratio, truth of the time stamps.
 
 use super::clock::repeats_or_skips_ticks;
+use super::jumps::is_wrapped;
 use super::wording::{about, number, percent};
 use crate::note::{Note, Severity};
 use crate::quantity::Quantity;
@@ -14,12 +15,16 @@ const SLOPE: f64 = 0.05;
 /// Misfit that is told, and misfit that already costs effects, as shares of the velocity.
 const TOLD: f64 = 0.015;
 const STRONG: f64 = 0.03;
+/// The way out where it is not known which.
+const WRONG_ONE: &str = "give the scale of the wrong one in the columns map";
 /// Half width of the smoother: as many samples, and at least as many seconds.
 const SAMPLES: usize = 8;
 const SECONDS: f64 = 0.016;
 
 pub(super) fn check(run: &Run) -> Vec<Note> {
-    let compared = pairs(run).into_iter().filter_map(|pair| compare(run, pair)).collect::<Vec<_>>();
+    // A wrapped angle has no derivative, and is told for itself.
+    let whole = pairs(run).into_iter().filter(|[q, _]| !is_wrapped(q));
+    let compared = whole.filter_map(|pair| compare(run, pair)).collect::<Vec<_>>();
     let right = |c: &&Compared| (c.slope - 1.0).abs() <= SLOPE;
     let wrong_factor = compared.iter().filter(|c| !right(c)).map(|c| tell_factor(run, c));
     let misfits: Vec<&Compared> = compared.iter().filter(right).filter(|c| c.misfit >= TOLD).collect();
@@ -65,9 +70,9 @@ fn compare<'a>(run: &Run, [q, qd]: [&'a Signal; 2]) -> Option<Compared<'a>> {
 }
 
 fn tell_factor(run: &Run, c: &Compared) -> Note {
-    let (cause, help) = cause_of(c.slope);
+    let (severity, cause, help) = cause_of(c.slope);
     let statement = format!("{} times the derivative of {}: {cause}", number(c.slope), c.q.name());
-    about(run, c.qd, Severity::Warning, statement, help)
+    about(run, c.qd, severity, statement, help)
 }
 
 fn tell_misfit(run: &Run, c: &Compared) -> Note {
@@ -114,29 +119,31 @@ fn on_one_kernel(run: &Run, q: &[f64], qd: &[f64]) -> Option<(Vec<f64>, Vec<f64>
     (moves(&logged) && moves(&derived)).then_some((logged, derived))
 }
 
-fn cause_of(slope: f64) -> (String, &'static str) {
+// Nothing rests on a logged velocity, and everything on a position.
+fn cause_of(slope: f64) -> (Severity, String, &'static str) {
     let near = |value: f64| (slope.abs() / value - 1.0).abs() < SLOPE;
     let sign = if slope < 0.0 { " and the sign is turned round" } else { "" };
-    let scale = "give the scale of the wrong one in the columns map";
-    if near(1.0) {
-        ("one of the two has the wrong sign".into(), "give it the scale -1 in the columns map")
+    let to_radians = "give it the scale 0.017453292519943295 in the columns map";
+    let (severity, cause, help) = if near(1.0) {
+        let cause = "one of the two has the wrong sign".to_owned();
+        return (Severity::Warning, cause, "give it the scale -1 in the columns map");
     } else if near(1f64.to_degrees()) {
-        (
-            format!("the velocity is in degrees{sign}"),
-            "give it the scale 0.017453292519943295 in the columns map",
-        )
+        (Severity::Warning, "the velocity is in degrees".to_owned(), to_radians)
     } else if near(1f64.to_radians()) {
-        (
-            format!("the position is in degrees{sign}"),
-            "give it the scale 0.017453292519943295 in the columns map",
-        )
+        (Severity::Error, "the position is in degrees".to_owned(), to_radians)
+    } else if near(1e-3) {
+        let cause = "the position is in thousandths of a radian or metre".to_owned();
+        (Severity::Error, cause, "give it the scale 0.001 in the columns map")
     } else if slope.abs() >= 5.0 {
-        (format!("the velocity is on the motor side of a gear of {}{sign}", number(slope.abs())), scale)
+        let cause = format!("the velocity is on the motor side of a gear of {}", number(slope.abs()));
+        (Severity::Warning, cause, WRONG_ONE)
     } else if slope.abs() <= 0.2 {
-        (format!("the position is on the motor side of a gear of {}{sign}", number(1.0 / slope.abs())), scale)
+        let cause = format!("the position is on the motor side of a gear of {}", number(1.0 / slope.abs()));
+        (Severity::Warning, cause, WRONG_ONE)
     } else {
-        (format!("units differ, or the velocity was filtered{sign}"), scale)
-    }
+        (Severity::Warning, "units differ, or the velocity was filtered".to_owned(), WRONG_ONE)
+    };
+    (severity, cause + sign, help)
 }
 
 #[cfg(test)]
@@ -174,6 +181,7 @@ mod tests {
         assert!(statement(57.296).starts_with("57.3 times the derivative of joint_position.elbow"));
         assert!(statement(57.296).contains("the velocity is in degrees"));
         assert!(statement(1.0 / 57.296).contains("the position is in degrees"));
+        assert!(statement(1e-3).contains("the position is in thousandths"));
         assert!(statement(-57.296).contains("degrees and the sign is turned round"));
         assert!(statement(-1.0).contains("wrong sign"));
         assert!(statement(100.0).contains("motor side of a gear of 100"));
