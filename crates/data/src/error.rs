@@ -42,8 +42,10 @@ pub enum DataError {
         /// What is wrong with it.
         what: String,
     },
-    /// The name ends in `.parquet`, the content is not.
-    #[error("{file}: no Parquet file\n  help: rename it to .csv if it is plain text, else write it again")]
+    /// The name ends in `.parquet`, the content is neither that nor text.
+    #[error(
+        "{file}: neither a Parquet file nor text\n  help: write it again; a Parquet file begins with PAR1"
+    )]
     NotParquet {
         /// The file.
         file: String,

@@ -88,8 +88,7 @@ pub(crate) fn read(path: &Path, part: Part, columns: Option<&ColumnMap>) -> Resu
     let bytes = read_bytes(path)?;
     let raw = match bytes.starts_with(b"PAR1") {
         true => read_parquet(&file, bytes, columns)?,
-        false if is_parquet_name(path) && !bytes.is_empty() => return Err(DataError::NotParquet { file }),
-        false => csv_file::read(&file, &text(&file, bytes)?, columns)?,
+        false => csv_file::read(&file, &text_of(path, &file, bytes)?, columns)?,
     };
     let Raw { mut run, faults, layout, names } = raw;
     let header_of =
@@ -107,6 +106,14 @@ pub(crate) fn read(path: &Path, part: Part, columns: Option<&ColumnMap>) -> Resu
     run.validate(header_of, time_column)?;
     state_sensors(&mut run, path, columns)?;
     Ok(run)
+}
+
+// A text that is called Parquet is read as what it is.
+fn text_of(path: &Path, file: &str, bytes: Vec<u8>) -> Result<String, DataError> {
+    text(file, bytes).map_err(|error| match is_parquet_name(path) {
+        true => DataError::NotParquet { file: file.into() },
+        false => error,
+    })
 }
 
 #[cfg(feature = "parquet")]

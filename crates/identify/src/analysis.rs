@@ -87,10 +87,10 @@ pub(crate) enum Aim {
 }
 
 /// Does `work` with a search of the runs. Where springs swing between the samples of a fast log, its torques are asked whether they
-/// were held, and both residuals where something is missing and not one name explains all. Where a misfit passed for torque noise in every joint, or in one and nothing is named,
-/// the work is done once more with the imposed residual; where all that is left is confined to episodes, once more without them. Where one stands
-/// out of what the base leaves, the work is tried without it, too: what acts once bends a model so far that the rest fits no
-/// longer, or that another law passes for it.
+/// were held, and both residuals where something is missing and not one name explains all. Where a misfit passed for torque noise
+/// in every joint, or in one and nothing is named, the work is done once more with the imposed residual; where all that is left is
+/// confined to episodes, once more without them. Where one stands out of what the base leaves, the work is tried without it, too:
+/// what acts once bends a model so far that the rest fits no longer, or that another law passes for it.
 ///
 /// # Errors
 /// If the robot is no plant, a run lacks the signals or fails a check, or the work fails.
