@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use crate::file::ends_in;
+
 /// Everything that can be wrong with measured data and its files.
 ///
 /// Messages read *where*: *what* (*got*, *allowed*), then a `help:` line with the way out.
@@ -336,7 +338,7 @@ pub enum DataError {
 }
 
 fn help_for_missing(path: &Path) -> &'static str {
-    match path.extension().is_some_and(|end| end.eq_ignore_ascii_case("toml")) {
+    match ends_in(path, "toml") {
         true => "check the path",
         false => "check the path; a run is a .csv, .csv.gz or .parquet file",
     }

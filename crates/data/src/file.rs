@@ -84,6 +84,7 @@ fn is_gzip_name(path: &Path) -> bool {
     ends_in(path, "gz")
 }
 
-fn ends_in(path: &Path, ending: &str) -> bool {
+/// True if the extension of a path is this one, in letters of any size.
+pub(crate) fn ends_in(path: &Path, ending: &str) -> bool {
     path.extension().is_some_and(|end| end.eq_ignore_ascii_case(ending))
 }

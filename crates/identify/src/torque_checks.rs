@@ -40,8 +40,8 @@ const SWAP: f64 = 0.4;
 /// (θ − q)_measured ≈ a (θ − q)_model + b,   a ≈ −1: encoders exchanged
 /// ```
 ///
-/// Where the torques of motors do not follow the model, whether they would with positions in another unit, and whether they would if positions or whole joints were turned about or
-/// exchanged, by the first seconds. Empty where nothing can be said: no torque, too short a run, a model that explains little
+/// Where the torques of motors do not follow the model, whether they would with positions in another unit, or if positions or whole
+/// joints were turned about or exchanged, by the first seconds. Empty where nothing can be said: no torque, too short a run, a model that explains little
 /// of any joint.
 pub fn torque_checks(robot: &Robot, catalogue: &Catalogue, runs: &[Run], options: &Options) -> Vec<Note> {
     let robot = &as_measured(robot, catalogue, runs).0;
@@ -305,11 +305,10 @@ mod tests {
         let told = |torque: &dyn Fn(usize, f64) -> f64| {
             let mut run = run(&robot);
             let name = robot.model.dof_name(1).to_owned();
-            let position = run.signal(Quantity::MotorPosition, &name).unwrap().values.clone();
             let torques =
                 run.signals.iter_mut().find(|s| s.quantity == Quantity::MotorTorque && s.place == name);
             let torques = &mut torques.unwrap().values;
-            torques.iter_mut().zip(&position).enumerate().for_each(|(k, (x, _))| *x = torque(k, *x));
+            torques.iter_mut().enumerate().for_each(|(k, x)| *x = torque(k, *x));
             torque_checks(&robot, &CATALOGUE, &[run], &Options::default())
         };
         let dead = |notes: &[Note]| notes.iter().any(|n| n.statement.contains("throughout"));

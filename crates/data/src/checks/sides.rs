@@ -55,13 +55,18 @@ fn likeness(a: &[f64], b: &[f64]) -> f64 {
     if size > 0.0 { sum(&|a, b| a * b) / size } else { 0.0 }
 }
 
+fn stands_still(signal: &Signal) -> bool {
+    let (low, high) = extremes(&signal.values);
+    low == high
+}
+
 fn ratio(run: &Run, theta: &Signal, q: &Signal) -> Option<Note> {
     let centred = |x: &[f64]| {
         let middle = median(x.to_vec());
         x.iter().map(|v| v - middle).collect::<Vec<f64>>()
     };
     // A side that stands still is told for itself.
-    if [theta, q].iter().any(|signal| extremes(&signal.values).0 == extremes(&signal.values).1) {
+    if stands_still(theta) || stands_still(q) {
         return None;
     }
     let slope = robust_slope(&centred(&q.values), &centred(&theta.values))?;
@@ -95,10 +100,7 @@ fn ratio(run: &Run, theta: &Signal, q: &Signal) -> Option<Note> {
 fn delay(run: &Run, theta: &Signal, q: &Signal) -> Option<Note> {
     let period = run.period();
     let grid = Uniform::within(&run.time, period);
-    if grid.len < 8 * HALF_WIDTH
-        || grid.len > 4 * run.time.len()
-        || extremes(&q.values).0 == extremes(&q.values).1
-    {
+    if grid.len < 8 * HALF_WIDTH || grid.len > 4 * run.time.len() || stands_still(q) {
         return None;
     }
     let smoother = Smoother::new(HALF_WIDTH, period);
