@@ -58,9 +58,9 @@ impl Check {
         for run in &runs {
             all.extend(run.notes.iter().cloned());
             all.extend(missing(&file.robot, run));
-            all.extend(strangers(&file.robot, std::slice::from_ref(run)));
             all.extend(check_run(run));
         }
+        all.extend(strangers(&file.robot, &runs));
         let is_refused = all.iter().any(|n| n.severity == Severity::Error);
         let mut scope = None;
         if !runs.is_empty() && !is_refused {

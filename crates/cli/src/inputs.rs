@@ -7,7 +7,7 @@ use sinew_data::{ColumnMap, Run, RunSpec, rebuild_clock};
 use sinew_effect::{Entry, PlaceKind, Role};
 use sinew_effects::CATALOGUE;
 use sinew_identify::{Options, Residual};
-use sinew_plant::Plant;
+use sinew_plant::{Plant, PlantError};
 use sinew_urdf::{KindWords, Note, RobotFile, Vocabulary, read_robot};
 
 use crate::console::Console;
@@ -206,8 +206,17 @@ fn check_effects(file: &RobotFile) -> Result<Vec<Note>, CliError> {
     Ok(notes)
 }
 
+// The place in the sidecar, else the file.
+fn place_of(error: &PlantError, file: &RobotFile) -> String {
+    let at = match error {
+        PlantError::BadParameter { kind, place, key, .. } => file.where_stated(kind, place, key),
+        _ => None,
+    };
+    at.map_or_else(|| name(file), |at| at.to_string())
+}
+
 /// The plant of a robot.
 pub(crate) fn plant(file: &RobotFile) -> Result<Plant, CliError> {
-    let wrong = |source| CliError::Plant { file: name(file), source: Box::new(source) };
+    let wrong = |source| CliError::Plant { file: place_of(&source, file), source: Box::new(source) };
     Plant::new(&file.robot, &CATALOGUE).map_err(wrong)
 }

@@ -6,7 +6,7 @@ use clap::Args;
 use serde_json::json;
 use sinew_data::RunSpec;
 use sinew_effects::CATALOGUE;
-use sinew_identify::{compare_taking, discover};
+use sinew_identify::{Comparison, Known, compare_knowing, discover};
 use sinew_model::Robot;
 use sinew_report::{ReportInput, page};
 
@@ -39,9 +39,13 @@ impl Report {
         let fit = discover(&file.robot, &CATALOGUE, &runs, &check, &options)?;
         let all = [runs.as_slice(), check.as_slice()].concat();
         let unseen: Vec<String> = check.iter().map(|r| r.name.clone()).collect();
-        let compared = |robot: &Robot| compare_taking(robot, &CATALOGUE, &all, &options, fit.torques_early);
-        let before = compared(&file.robot)?;
-        let after = compared(&with_effects(&file.robot, &fit.specs))?;
+        let compared = |robot: &Robot, floors_of: Option<&Comparison>| {
+            let known = Known { torques_early: fit.torques_early, floors_of };
+            compare_knowing(robot, &CATALOGUE, &all, &options, known)
+        };
+        // Both errors beside the same floors.
+        let after = compared(&with_effects(&file.robot, &fit.specs), None)?;
+        let before = compared(&file.robot, Some(&after))?;
         let input = ReportInput {
             robot: &file.robot,
             unseen: &unseen,

@@ -7,7 +7,7 @@ use sinew_data::{Note, Quantity, Run, Severity};
 use sinew_model::Robot;
 
 // Seconds of a run and most joints that are looked at.
-pub(crate) const LOOKED_AT: f64 = 10.0;
+const LOOKED_AT: f64 = 10.0;
 const MOST_JOINTS: usize = 8;
 // The share of its torque that the model explains of every joint where nothing is looked for.
 const NEARLY_ALL: f64 = 0.9;
@@ -24,6 +24,24 @@ pub(crate) struct Followed {
     pub share: f64,
 }
 
+/// The first seconds of the first run.
+pub(crate) struct Beginning<'a> {
+    pub name: &'a str,
+    pub run: Run,
+    /// How the torques of motors follow the model as they were logged.
+    pub as_logged: Vec<Followed>,
+}
+
+impl<'a> Beginning<'a> {
+    /// None where nothing can be said. `explained`: how the torques of a run's motors follow the model as it stands.
+    pub fn of(runs: &'a [Run], explained: impl Fn(&Run) -> Option<Vec<Followed>>) -> Option<Self> {
+        let first = runs.first()?;
+        let run = first.window(0.0, LOOKED_AT).ok()?;
+        let as_logged = explained(&run)?;
+        Some(Self { name: &first.name, run, as_logged })
+    }
+}
+
 // How columns are arranged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Arrangement {
@@ -36,26 +54,23 @@ enum Arrangement {
 }
 
 /// What looks exchanged or turned about: the arrangement of the first seconds that explains most, if it explains much more than
-/// the columns as they are. `explained`: how the torques of a run's motors follow the model as it stands.
+/// the columns as they are. `explained` as in [`Beginning::of`].
 pub(crate) fn arrangement_notes(
     robot: &Robot,
-    runs: &[Run],
+    beginning: &Beginning,
     explained: impl Fn(&Run) -> Option<Vec<Followed>> + Sync,
 ) -> Vec<Note> {
-    let Some((name, Ok(run))) = runs.first().map(|run| (&run.name, run.window(0.0, LOOKED_AT))) else {
-        return Vec::new();
-    };
-    let Some(before) = explained(&run) else { return Vec::new() };
+    let Beginning { name, run, as_logged: before } = beginning;
     let joints: Vec<usize> = before.iter().map(|f| f.dof).collect();
     if joints.len() > MOST_JOINTS || before.iter().all(|f| f.share > NEARLY_ALL) {
         return Vec::new();
     }
     let sum = |all: &[Followed]| all.iter().map(|f| f.share).sum::<f64>();
     let tried = arrangements(&joints).into_par_iter().filter_map(|arrangement| {
-        let after = explained(&arrangement.of(robot, &run))?;
+        let after = explained(&arrangement.of(robot, run))?;
         let share = |dof: usize| after.iter().find(|f| f.dof == dof).map_or(0.0, |f| f.share);
         let fits = arrangement.joints().iter().all(|dof| share(*dof) > EXPLAINED);
-        let gain = sum(&after) - sum(&before);
+        let gain = sum(&after) - sum(before);
         (fits && gain > GAIN).then_some((arrangement, gain))
     });
     let best = tried.max_by(|a, b| a.1.total_cmp(&b.1));

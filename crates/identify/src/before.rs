@@ -24,7 +24,8 @@ pub(crate) fn begun(
     runs: &[Run],
     options: &Options,
 ) -> Result<(Robot, Prepared, Vec<Finding>), IdentifyError> {
-    let unknown = suspicions(strangers(robot, runs).into_iter().collect(), options)?;
+    let mut unknown = suspicions(strangers(robot, runs).into_iter().collect(), options)?;
+    unknown.iter_mut().for_each(|finding| finding.joint = unknown_joints(robot, runs).join(", "));
     let (robot, mut findings) = as_measured(robot, catalogue, runs);
     findings.extend(unknown);
     let prepared = Prepared::new(&robot, runs, options)?;
@@ -142,39 +143,45 @@ fn suspicions(mut notes: Vec<Note>, options: &Options) -> Result<Vec<Finding>, I
 }
 
 /// Joints that runs name and the robot does not have: nothing of them is compared. An error if one looks like a joint of the robot
-/// that the runs do not name: the same in another spelling.
+/// that its run does not name: the same in another spelling.
 pub fn strangers(robot: &Robot, runs: &[Run]) -> Option<Note> {
-    let known: Vec<String> = (0..robot.model.nv).map(|dof| robot.model.dof_name(dof).to_owned()).collect();
-    let mut names: Vec<&str> = Vec::new();
-    for name in runs.iter().flat_map(Run::joints) {
-        if robot.model.joint(name).is_none() && !names.contains(&name) {
-            names.push(name);
-        }
-    }
+    let names = unknown_joints(robot, runs);
     names.first()?;
-    let is_named = |joint: &str| runs.iter().any(|run| run.joints().contains(&joint));
-    let meant =
-        |name: &str| nearest(name, &known).filter(|joint| !is_named(joint) && !differ_in_digits(name, joint));
-    let meant = names.iter().find_map(|name| Some((*name, meant(name)?)));
+    let known: Vec<String> = (0..robot.model.nv).map(|dof| robot.model.dof_name(dof).to_owned()).collect();
+    // What a run names, and the joint that may be meant.
+    let misspelt = |run: &Run| {
+        let joints = run.joints();
+        let is_free = |name: &str, joint: &str| !joints.contains(&joint) && !differ_in_digits(name, joint);
+        let meant = |name: &str| nearest(name, &known).filter(|joint| is_free(name, joint));
+        names.iter().filter(|name| joints.contains(name)).find_map(|name| Some((*name, meant(name)?)))
+    };
     let statement = format!(
         "the runs name {}, which robot \"{}\" does not have: nothing of {} is compared",
         listed(&names),
         robot.model.name,
         if names.len() == 1 { "it" } else { "them" }
     );
-    let (severity, help) = match meant {
+    let (severity, help) = match runs.iter().find_map(misspelt) {
         Some((name, joint)) => (
             Severity::Error,
             format!("write \"{joint}\" for \"{name}\" in the header of the run or in the columns map"),
         ),
         None => (Severity::Warning, format!("its joints are {}", known.join(", "))),
     };
-    let of: Vec<&str> = runs
-        .iter()
-        .filter(|run| run.joints().iter().any(|j| names.contains(j)))
-        .map(|r| r.name.as_str())
-        .collect();
+    let has_one = |run: &&Run| run.joints().iter().any(|joint| names.contains(joint));
+    let of: Vec<&str> = runs.iter().filter(has_one).map(|run| run.name.as_str()).collect();
     Some(Note { severity, place: of.join(", "), statement, help })
+}
+
+// What runs name as joints and the robot does not have, each once.
+fn unknown_joints<'a>(robot: &Robot, runs: &'a [Run]) -> Vec<&'a str> {
+    let mut names: Vec<&str> = Vec::new();
+    for name in runs.iter().flat_map(Run::joints) {
+        if robot.model.joint(name).is_none() && !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    names
 }
 
 // Two joints of a chain, not one in two spellings.
@@ -290,13 +297,13 @@ mod tests {
         };
         let two = Robot::rigid(samples::planar_arm(2, 4.0, 0.5));
         assert_eq!(strangers(&two, &[run("joint_2")]), None);
-        // Both spellings occur; one only, of a joint that nothing else shows; a joint that is another one.
+        // Another spelling in one of two runs; of a joint that nothing else shows; a joint that is another one.
         let told = |names: &[&str]| {
             let runs: Vec<Run> = names.iter().map(|name| run(name)).collect();
             let note = strangers(&two, &runs).unwrap();
             (note.severity, note.help)
         };
-        assert_eq!(told(&["joint_2", "joint2"]).0, Severity::Warning);
+        assert_eq!(told(&["joint_2", "joint2"]).0, Severity::Error);
         let (severity, help) = told(&["joint_1", "joint2"]);
         assert!(
             severity == Severity::Error && help.starts_with("write \"joint_2\" for \"joint2\""),

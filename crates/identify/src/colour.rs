@@ -11,6 +11,7 @@ use sinew_plant::Plant;
 use crate::least_squares::{Ridge, column, cross, matrix};
 use crate::record::{Record, is_within};
 use crate::residual::{Layout, ResidualForm};
+use crate::verdict::rms;
 
 /// Noise of one channel.
 #[derive(Debug, Clone)]
@@ -100,7 +101,9 @@ impl Whitener {
             .into_par_iter()
             .map(|c| {
                 let left = saturated(layout, c, residual, columns);
-                let instrument = instrument_floor(records, c);
+                // What is read between samples may be a drive's torque that jitters: noise is no more than what is left.
+                let instrument =
+                    instrument_floor(records, c).min(rms(rows_of(layout, c).map(|k| residual[k])));
                 let encoder = mean_covariance(layout, c, &shakes);
                 let mut noise = channel_noise(layout, c, &left, instrument, &encoder, &records[0]);
                 noise.floor = noise.floor.max(repeat_scatter(layout, records, c, residual));
@@ -117,8 +120,13 @@ fn white_noise(layout: &Layout, c: usize, left: &[f64]) -> ChannelNoise {
     let scale = robust_std(left).max(1.0);
     let torque = layout.channels[c].signal() == "motor_torque";
     let kappa = if torque { reversal_kappa(layout, &rows, left, scale) } else { 0.0 };
-    let rms = (left.iter().map(|e| e * e).sum::<f64>() / left.len().max(1) as f64).sqrt();
-    ChannelNoise { scale, kappa, ar: Vec::new(), innovation: 1.0, floor: rms.max(scale) }
+    ChannelNoise {
+        scale,
+        kappa,
+        ar: Vec::new(),
+        innovation: 1.0,
+        floor: rms(left.iter().copied()).max(scale),
+    }
 }
 
 fn channel_noise(
@@ -143,8 +151,8 @@ fn channel_noise(
     covariance[0] *= 1.0 + WHITE_SHARE;
     let (ar, innovation) = autoregression(&covariance);
     // Reversals, where no law is sure, belong to what noise leaves.
-    let rms = (left.iter().map(|e| e * e).sum::<f64>() / left.len().max(1) as f64).sqrt();
-    let mut noise = ChannelNoise { scale, kappa, ar, innovation, floor: rms.max(scale) };
+    let mut noise =
+        ChannelNoise { scale, kappa, ar, innovation, floor: rms(left.iter().copied()).max(scale) };
     // The whitened remainder of the saturated regression has unit scale.
     let mut full = vec![0.0; layout.len];
     for (k, e) in rows.iter().zip(left) {

@@ -10,7 +10,7 @@ use crate::base::{nuisances, trusted};
 use crate::before::begun;
 use crate::colour::rows_of;
 use crate::problem::{Candidate, Linearised, Problem};
-use crate::record::{Again, Record, Sensors};
+use crate::record::{Again, Channel, Record, Sensors};
 use crate::report::Finding;
 use crate::residual::{Imposed, LoggedTorques, ResidualForm, TRANSIENT};
 use crate::scale::Scales;
@@ -122,20 +122,40 @@ pub fn compare(
     runs: &[Run],
     options: &Options,
 ) -> Result<Comparison, IdentifyError> {
-    compare_taking(robot, catalogue, runs, options, None)
+    compare_knowing(robot, catalogue, runs, options, Known::default())
 }
 
-/// [`compare`] with logged torques that act so much before the middles of their holds, s, as a fit found
-/// ([`Fit::torques_early`](crate::Fit)); none: as the rows tell.
+/// What is known of runs before a model is compared with them.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Known<'a> {
+    /// By how much logged torques act before the middles of their holds, s, as a fit found
+    /// ([`Fit::torques_early`](crate::Fit)); none: as the rows tell.
+    pub torques_early: Option<f64>,
+    /// Another model's comparison with the same runs, whose noise floors are taken; none: as this model's rows tell.
+    pub floors_of: Option<&'a Comparison>,
+}
+
+impl Known<'_> {
+    // The floors of these channels, where they are known.
+    fn floors(&self, search: &Search) -> Option<Vec<f64>> {
+        let signals = &self.floors_of?.signals;
+        let model = &search.problem.robot.model;
+        let is = |s: &&SignalError, c: &Channel| s.signal == c.signal() && s.joint == model.dof_name(c.dof);
+        let channels = &search.problem.form.layout().channels;
+        channels.iter().map(|c| Some(signals.iter().find(|s| is(s, c))?.noise_floor)).collect()
+    }
+}
+
+/// [`compare`] with what is known of the runs.
 ///
 /// # Errors
 /// As of [`compare`].
-pub fn compare_taking(
+pub fn compare_knowing(
     robot: &Robot,
     catalogue: &Catalogue,
     runs: &[Run],
     options: &Options,
-    torques_early: Option<f64>,
+    known: Known,
 ) -> Result<Comparison, IdentifyError> {
     let (robot, prepared, suspicions) = begun(robot, catalogue, runs, options)?;
     let specs = prepared.base_specs(&robot, catalogue);
@@ -143,10 +163,11 @@ pub fn compare_taking(
     let problem = Problem::new(&robot, catalogue, &form, options);
     let search = Search::new(&problem, &prepared.records, &prepared.sensors);
     let (model, at) = search.fitted(specs, None, 5)?;
-    let early = torques_early.or_else(|| search.torques_told(&model, &at));
+    let early = known.torques_early.or_else(|| search.torques_told(&model, &at));
     let torques = early.map(|early| LoggedTorques { early, ..LoggedTorques::default() });
     let at = Linearised { residual: model.residual_told(&problem, torques), ..at };
-    let floors = search.saturated(&problem, &model, &at).whitener.floors();
+    let saturated = || search.saturated(&problem, &model, &at).whitener.floors();
+    let floors = known.floors(&search).unwrap_or_else(saturated);
     let (mut comparison, _) = as_given(&search, torques, &floors)?;
     let moments = early.filter(|early| *early > 0.0).map(of_moments);
     comparison.findings.splice(0..0, suspicions.into_iter().chain(moments));
@@ -408,9 +429,12 @@ pub(crate) fn traces(search: &Search, residual: &[f64]) -> Vec<Trace> {
 
 #[cfg(test)]
 mod tests {
+    use sinew_data::Quantity;
+    use sinew_effects::CATALOGUE;
     use sinew_model::{Bending, LinkId, samples};
 
     use super::*;
+    use crate::arrangement::tests::run;
 
     #[test]
     fn a_robot_with_bending_links_is_refused_with_the_way_out() {
@@ -420,5 +444,27 @@ mod tests {
         let Err(error) = Prepared::new(&robot, &[], &Options::default()) else { panic!("not refused") };
         let text = error.to_string();
         assert!(text.contains("link \"link_1\" bends") && text.contains("help: remove"), "{text}");
+    }
+
+    // A torque that jitters from sample to sample and a motion that does not show it: no noise of the rows.
+    #[test]
+    fn a_floor_is_no_more_than_what_is_left() {
+        let robot = Robot::rigid(samples::planar_arm(2, 4.0, 0.5));
+        let mut run = run(&robot);
+        for signal in run.signals.iter_mut().filter(|s| s.quantity == Quantity::MotorTorque) {
+            signal.values.iter_mut().enumerate().for_each(|(k, x)| *x += if k % 2 == 0 { 1.0 } else { -1.0 });
+        }
+        let options = Options::default();
+        let own = compare(&robot, &CATALOGUE, &[run.clone()], &options).unwrap();
+        for signal in &own.signals {
+            assert!(signal.noise_floor < 0.01 && signal.white, "{}: {}", signal.joint, signal.noise_floor);
+        }
+        // The floors of another comparison are taken as they are.
+        let mut other = own.clone();
+        other.signals[1].noise_floor = 7.0;
+        let known = Known { floors_of: Some(&other), ..Known::default() };
+        let beside = compare_knowing(&robot, &CATALOGUE, &[run], &options, known).unwrap();
+        let floors: Vec<f64> = beside.signals.iter().map(|s| s.noise_floor).collect();
+        assert_eq!(floors, [own.signals[0].noise_floor, 7.0]);
     }
 }

@@ -63,7 +63,7 @@ mod walk;
 mod waves;
 
 pub use before::{listed, readiness, strangers};
-pub use comparison::{Comparison, RunError, SignalError, Trace, compare, compare_taking};
+pub use comparison::{Comparison, Known, RunError, SignalError, Trace, compare, compare_knowing};
 pub use diagnosis::{Accepted, CandidateReport, ChannelReport, Diagnosis, RivalReport, diagnose};
 pub use episode::NAME as EPISODE;
 pub use error::IdentifyError;

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use sinew_data::{Note, Quantity, Run, Severity};
 use sinew_model::{JointKind, Robot};
 
-use crate::arrangement::{Followed, LOOKED_AT};
+use crate::arrangement::{Beginning, Followed};
 use crate::before::listed;
 
 // A torque follows the model if the model explains this share of its square, with a factor within these.
@@ -33,8 +33,7 @@ const UNITS: [Unit; 4] = [
 ];
 
 /// Positions that are not in rad or m, by the first seconds: no torque follows the model as they are, and those of half of
-/// the joints or more do as soon as positions are taken for another unit. `explained`: how the torques of a run's motors follow
-/// the model as it stands.
+/// the joints or more do as soon as positions are taken for another unit. `explained` as in [`Beginning::of`].
 ///
 /// ```text
 /// τ = M(q) q̈ + c(q, q̇) + g(q):   a factor of q shrinks q̈, q̇² and the argument of g, each by another power
@@ -44,20 +43,18 @@ const UNITS: [Unit; 4] = [
 /// of the torque.
 pub(crate) fn unit_notes(
     robot: &Robot,
-    runs: &[Run],
+    beginning: &Beginning,
     explained: impl Fn(&Run) -> Option<Vec<Followed>>,
 ) -> Vec<Note> {
-    let Some((name, Ok(run))) = runs.first().map(|run| (&run.name, run.window(0.0, LOOKED_AT))) else {
-        return Vec::new();
-    };
+    let Beginning { name, run, as_logged } = beginning;
     let follows = |f: &Followed, share: f64| f.share > share && FACTOR.contains(&f.slope);
-    let Some(as_logged) = explained(&run).filter(|all| !all.iter().any(|f| follows(f, FOLLOWS))) else {
+    if as_logged.iter().any(|f| follows(f, FOLLOWS)) {
         return Vec::new();
-    };
+    }
     let logged = |dof: usize| as_logged.iter().find(|f| f.dof == dof).map_or(0.0, |f| f.share);
     // A unit that no joint can have changes nothing, and no torque follows then either.
     let tried = UNITS.iter().filter_map(|unit| {
-        let after = explained(&unit.taken_for(robot, &run))?;
+        let after = explained(&unit.taken_for(robot, run))?;
         let of_all: f64 = after.iter().map(|f| f.share).sum();
         let is_better = |f: &&Followed| follows(f, CLEARLY) && f.share > logged(f.dof) + GAIN;
         let better: Vec<&str> = after.iter().filter(is_better).map(|f| robot.model.dof_name(f.dof)).collect();
@@ -66,7 +63,7 @@ pub(crate) fn unit_notes(
     let best = tried.max_by(|a, b| a.1.len().cmp(&b.1.len()).then(a.2.total_cmp(&b.2)));
     let note = |(unit, better, _): (&Unit, Vec<&str>, f64)| Note {
         severity: Severity::Error,
-        place: name.clone(),
+        place: (*name).to_owned(),
         statement: format!(
             "the positions look as if they were in {}: taken for that, the torque of {} follows the model, and as they are none does",
             unit.name,

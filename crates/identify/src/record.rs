@@ -231,7 +231,7 @@ impl Record {
         let grid = Uniform::within(&run.time, scales.part());
         let needed = 2 * scales.wide + 4 * scales.stride * (scales.kernel + scales.every);
         if grid.len < needed {
-            let (samples, seconds) = (grid.len, run.duration());
+            let (samples, seconds) = (run.time.len(), run.duration());
             return Err(IdentifyError::run(
                 &run.name,
                 format!("too short: {seconds:.2} s, {samples} samples (needed: some seconds)"),

@@ -5,7 +5,7 @@ use sinew_effect::{Catalogue, Sensor};
 use sinew_model::Robot;
 
 use crate::Options;
-use crate::arrangement::{Followed, arrangement_notes};
+use crate::arrangement::{Beginning, Followed, arrangement_notes};
 use crate::before::as_measured;
 use crate::comparison::{Prepared, range};
 use crate::position_units::unit_notes;
@@ -62,7 +62,9 @@ pub(crate) fn torque_notes(
         let compared = compared_alone(robot, catalogue, run, prepared, options)?;
         Some(compared.iter().filter(|c| c.channel.sensor == Sensor::MotorTorque).map(followed).collect())
     };
-    let in_another_unit = unit_notes(robot, runs, explained);
+    let beginning = Beginning::of(runs, explained);
+    let in_another_unit =
+        beginning.as_ref().map_or_else(Vec::new, |first| unit_notes(robot, first, explained));
     if !in_another_unit.is_empty() {
         return in_another_unit;
     }
@@ -78,8 +80,8 @@ pub(crate) fn torque_notes(
     if none_is_wrong(&notes) && runs.len() > 1 {
         notes.extend(turned_notes(robot, catalogue, &Vec::from_iter(runs), prepared, options));
     }
-    if none_is_wrong(&notes) {
-        notes.extend(arrangement_notes(robot, runs, explained));
+    if let Some(first) = beginning.filter(|_| none_is_wrong(&notes)) {
+        notes.extend(arrangement_notes(robot, &first, explained));
     }
     notes
 }

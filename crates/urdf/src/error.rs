@@ -1,7 +1,7 @@
 //! What can be wrong with a robot's files, and where.
 
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use sinew_model::{ModelError, nearest};
 use thiserror::Error;
@@ -35,12 +35,25 @@ impl Location {
     }
 }
 
+// What to do about a file that cannot be read.
+fn way_to_read(source: &std::io::Error) -> &'static str {
+    match source.kind() {
+        std::io::ErrorKind::InvalidData => "a robot is text: a URDF (XML) or a sidecar (TOML), in UTF-8",
+        _ => "check the path and the permissions",
+    }
+}
+
+/// Reads a file of text.
+pub(crate) fn read_text(path: &Path) -> Result<String, UrdfError> {
+    std::fs::read_to_string(path).map_err(|source| UrdfError::Read { path: path.to_owned(), source })
+}
+
 /// Why a robot could not be read or written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum UrdfError {
     /// A file that cannot be read.
-    #[error("{}: cannot be read ({source})\n  help: check the path and the permissions", path.display())]
+    #[error("{}: cannot be read ({source})\n  help: {}", path.display(), way_to_read(source))]
     Read {
         /// The file.
         path: PathBuf,

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use sinew_model::{JointId, Robot};
 
 use crate::assembly::assemble;
+use crate::error::read_text;
 use crate::grammar::{SidecarTable, read_table};
 use crate::pivots::joint_without_inertia;
 use crate::source::Source;
@@ -29,11 +30,8 @@ pub struct RobotFile {
 /// # Errors
 /// If a file cannot be read, or says what cannot be: place, value, allowed values and a way out are in the message.
 pub fn read_robot(path: &Path) -> Result<RobotFile, UrdfError> {
-    let read = |path: &Path| {
-        std::fs::read_to_string(path).map_err(|source| UrdfError::Read { path: path.to_owned(), source })
-    };
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
-        let text = read(path)?;
+        let text = read_text(path)?;
         let file = path.display().to_string();
         let table = read_table(&file, &text)?;
         let (urdf, at) = urdf_of(path, &table, Source { file: &file, text: &text })?;
@@ -43,7 +41,7 @@ pub fn read_robot(path: &Path) -> Result<RobotFile, UrdfError> {
         robot.sidecar = robot.sidecar.at(path);
         return Ok(robot);
     }
-    let urdf = read(path)?;
+    let urdf = read_text(path)?;
     let name = path.display().to_string();
     let beside = path.with_extension("sinew.toml");
     if !beside.exists() {
@@ -53,7 +51,7 @@ pub fn read_robot(path: &Path) -> Result<RobotFile, UrdfError> {
         robot.sidecar = robot.sidecar.at(&beside);
         return Ok(robot);
     }
-    let text = read(&beside)?;
+    let text = read_text(&beside)?;
     let mut robot = join(&urdf, &name, &text, &beside.display().to_string())?;
     robot.sidecar = robot.sidecar.at(&beside);
     let table = read_table(robot.sidecar.file(), &text)?;

@@ -7,6 +7,7 @@ use sinew_model::{
 };
 use urdf_rs::JointType;
 
+use crate::error::read_text;
 use crate::plausibility::plausibility_notes;
 use crate::xml::{CheckedXml, check_xml};
 use crate::{Location, Note, Severity, UrdfError};
@@ -27,9 +28,7 @@ pub struct UrdfModel {
 /// # Errors
 /// If the file cannot be read or is no URDF with at least one `<inertial>`; see [`UrdfError`].
 pub fn read_urdf(path: &Path) -> Result<UrdfModel, UrdfError> {
-    let read = |source| UrdfError::Read { path: path.to_owned(), source };
-    let text = std::fs::read_to_string(path).map_err(read)?;
-    parse_urdf(&text, &path.display().to_string())
+    parse_urdf(&read_text(path)?, &path.display().to_string())
 }
 
 /// Reads the text of a URDF; `name` stands for the file in messages.

@@ -5,7 +5,7 @@ use sinew_model::Place;
 use crate::effects::{EffectTable, effect, start, value_span};
 use crate::grammar::read_table;
 use crate::source::Source;
-use crate::{Note, RobotFile, Severity, UrdfError};
+use crate::{Location, Note, RobotFile, Severity, UrdfError};
 
 /// The effects that a catalogue knows. This crate knows none itself.
 #[derive(Debug, Clone, Copy)]
@@ -48,6 +48,18 @@ impl RobotFile {
         let source = Source { file, text: &text };
         let effects = read_table(file, &text)?.effects;
         effects.iter().filter_map(|table| check(table, vocabulary, source).transpose()).collect()
+    }
+
+    /// Where the sidecar states `key` of the effect `kind` at `place` (of which [`Place`] shows the name); none where it does not.
+    pub fn where_stated(&self, kind: &str, place: &str, key: &str) -> Option<Location> {
+        let (text, file) = (self.sidecar.text(), self.sidecar.file());
+        let source = Source { file, text: &text };
+        let effects = read_table(file, &text).ok()?.effects;
+        let is_it = |table: &&EffectTable| {
+            effect(table, source)
+                .is_ok_and(|e| e.kind == kind && e.place.to_string() == place && e.get(key).is_some())
+        };
+        effects.iter().find(is_it).map(|table| source.at(value_span(table, key)))
     }
 }
 

@@ -289,6 +289,11 @@ fn effects_are_checked_against_a_catalogue_with_places() {
     let vocabulary = Vocabulary { kinds: &kinds };
     let check = |text: &str| parse_robot(URDF, text, "arm").unwrap().check_vocabulary(&vocabulary);
     assert_eq!(check(SIDECAR).unwrap(), []);
+    let file = parse_robot(URDF, SIDECAR, "arm").unwrap();
+    let stated =
+        |kind: &str, place: &str, key: &str| file.where_stated(kind, place, key).map(|at| at.to_string());
+    assert_eq!(stated("coulomb_friction", "shoulder", "coulomb_std").unwrap(), "arm.sinew.toml:33:15");
+    assert_eq!(stated("coulomb_friction", "shoulder", "viscous"), None);
     let idle = check(&SIDECAR.replace("coulomb = ", "smoothing_velocity = ")).unwrap();
     assert_eq!(idle[0].statement, "effect \"coulomb_friction\" has no strength and does nothing");
     assert_eq!(idle[0].help, "state its coulomb, or let sinew fit find it");

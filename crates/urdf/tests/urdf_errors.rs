@@ -23,6 +23,11 @@ fn a_missing_file_is_named() {
         assert!(message.ends_with("help: check the path and the permissions"));
     }
     assert!(read_urdf(Path::new("no/such.urdf")).is_err());
+    let no_text = std::env::temp_dir().join(format!("sinew_no_text_{}.urdf", std::process::id()));
+    std::fs::write(&no_text, [0xFF, 0xFE, 0x00]).unwrap();
+    let message = read_robot(&no_text).unwrap_err().to_string();
+    std::fs::remove_file(&no_text).unwrap();
+    assert!(message.ends_with("a URDF (XML) or a sidecar (TOML), in UTF-8"), "{message}");
 }
 
 #[test]
