@@ -1,6 +1,7 @@
 //! The descent of a candidate from its screened strengths to its minimum.
 
-use sinew_effect::{Act, SWING_FREQUENCY};
+use sinew_effect::{Act, Role, SWING_FREQUENCY};
+use sinew_model::Place;
 
 use crate::colour::Whitener;
 use crate::equations::Equations;
@@ -29,6 +30,8 @@ pub(crate) struct Descent<'a> {
     pub best: f64,
     // The objective before the first step, and what its equations promised.
     promised: [f64; 2],
+    // True if the inertia of links was given back: the base's columns do not hold.
+    unloaded: bool,
 }
 
 const ITERATIONS: usize = 8;
@@ -39,6 +42,8 @@ const BEHIND: f64 = 1.5;
 // Share of the objective that a step must gain for all columns to change with it, where they are dear.
 const MUCH: f64 = 0.1;
 const VALLEY_STEPS: usize = 6;
+// Steps of a body by itself to where it stands for what links were bent to.
+const BODY_STEPS: usize = 3;
 // A gain that ends a descent, and its share of the objective.
 const ENOUGH: [f64; 2] = [0.05, 1e-5];
 // Share of an objective by which sums of its rows may differ.
@@ -79,6 +84,7 @@ impl<'a> Descent<'a> {
             white,
             best,
             promised: [0.0; 2],
+            unloaded: false,
         };
         descent.settle();
         Some(descent)
@@ -124,9 +130,62 @@ impl<'a> Descent<'a> {
         }
     }
 
+    /// What the inertia of links was bent to imitate is a body's: where much is left, goes to where links, or all parameters, are as
+    /// stated and the body alone makes up for it, if that leaves less. From a bent link to the body is a long way along which hardly a
+    /// row changes.
+    pub fn unload(&mut self, trial: &Trial) {
+        let is_body = self.new && trial.card.parameters.iter().any(|p| p.role == Role::Optional);
+        if !(is_body && self.problem.form.layout().is_much(self.base.objective)) {
+            return;
+        }
+        let place = |u: &Unknown| &self.model.plant.effects()[u.id.effect].spec.place;
+        let all = &self.base.model.unknowns;
+        let of_links: Vec<Unknown> =
+            all.iter().filter(|u| matches!(place(u), Place::Link(_))).cloned().collect();
+        let sets: Vec<Vec<f64>> =
+            [&of_links, all].into_iter().flat_map(|bent| self.body_alone(bent)).collect();
+        let kept = self.model.p.clone();
+        for p in sets {
+            self.model.p = p;
+            let (residual, white, now) = self.evaluate();
+            if now < self.best {
+                self.start.clone_from(&self.model.p);
+                (self.at.residual, self.white, self.best) = (residual, white, now);
+                self.unloaded = true;
+            }
+        }
+        self.model.p = if self.unloaded { self.start.clone() } else { kept };
+    }
+
+    // The parameters with `bent` as stated, where the candidate by itself makes up for it: with its strengths, then with all that is
+    // its own, as far as it can be followed.
+    fn body_alone(&self, bent: &[Unknown]) -> Vec<Vec<f64>> {
+        let exact = self.problem.exact();
+        let Ok(mut body) = self.model.again(&exact) else { return Vec::new() };
+        let own: Vec<Unknown> = self.own.iter().map(|&k| self.model.unknowns[k].clone()).collect();
+        straighten(bent, &mut body.p);
+        own.iter().for_each(|own| body.p[own.position] = 0.0);
+        let mut sets = Vec::new();
+        for free in [own.iter().filter(|u| u.is_strength()).cloned().collect(), own.clone()] {
+            body.unknowns = free;
+            for _ in 0..BODY_STEPS {
+                let at = body.linearise(&exact);
+                let equations = Equations::new(self.whitener, &exact, &body, &at, 0.0);
+                let Some(equations) = equations.and_then(|e| e.bounded(&body)) else { return sets };
+                body.step(&equations.quadratic.step);
+            }
+            sets.push(body.p.clone());
+        }
+        sets
+    }
+
     /// Where the screen promised too much, goes towards absence until the base is beaten, or nothing is left of the effect: what
-    /// begins at a threshold, as the limit of a drive does, is absent before it is zero.
+    /// begins at a threshold, as the limit of a drive does, is absent before it is zero. A body that stands for what links were bent to
+    /// is needed as it is.
     pub fn shrink(&mut self) {
+        if self.unloaded {
+            return;
+        }
         for _ in 0..SHRINKS {
             let is_absent = (self.best - self.base.objective).abs() <= ROUNDING * self.base.objective;
             if is_absent || self.best < self.base.objective {
@@ -230,7 +289,7 @@ impl<'a> Descent<'a> {
     // The base's columns and the candidate's own; all of them anew where the candidate changes the structure, unless that is
     // dear and it begins where the base is.
     fn begin_columns(&mut self) {
-        if self.structural && !(self.is_dear() && self.begins_at_base()) {
+        if self.unloaded || (self.structural && !(self.is_dear() && self.begins_at_base())) {
             return self.renew_all();
         }
         self.at.columns.clone_from(&self.base.at.columns);
@@ -315,5 +374,38 @@ fn started(
             model.unknowns = base.unknowns.iter().cloned().chain(new).collect();
             Some((model, own))
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sinew_effects::CATALOGUE;
+    use sinew_model::{Inertia, Robot, Vector3, samples};
+
+    use super::*;
+    use crate::Options;
+    use crate::arrangement::tests::run;
+    use crate::comparison::Prepared;
+    use crate::search::Search;
+
+    // 5 kg at the second of two joints, more than the links can be bent to.
+    #[test]
+    fn a_body_takes_back_what_links_were_bent_to() {
+        let robot = Robot::rigid(samples::planar_arm(2, 4.0, 0.5));
+        let mut loaded = robot.clone();
+        loaded.model.joints[1].inertia += Inertia::point(5.0, Vector3::default());
+        let (runs, options) = ([run(&loaded)], Options::default());
+        let prepared = Prepared::new(&robot, &runs, &options).unwrap();
+        let form = prepared.form(&robot);
+        let problem = Problem::new(&robot, &CATALOGUE, &form, &options);
+        let search = Search::new(&problem, &prepared.records, &prepared.sensors);
+        let state = search.base(prepared.base_specs(&robot, &CATALOGUE)).unwrap();
+        let of = |t: &&Trial| t.card.name == "payload" && t.parameters == 1;
+        let trial = state.trials.iter().find(of).unwrap();
+        let score = Score { strengths: vec![0.1], stds: Vec::new(), drop: 100.0, out: None, on_trust: false };
+        let mut descent = Descent::new(problem, &state.fitted, &state.whitener, trial, &score).unwrap();
+        descent.unload(trial);
+        let mass = descent.model.p[descent.model.unknowns[descent.own[0]].position];
+        assert!(descent.unloaded && (mass - 5.0).abs() < 0.05, "{mass}");
     }
 }

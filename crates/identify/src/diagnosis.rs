@@ -15,9 +15,10 @@ use crate::fitting::{ParameterReport, Reported, parameters, pulls};
 use crate::gates::Evidence;
 use crate::limits::{DetectionLimit, limits};
 use crate::probability::{Grounds, likelihood_of_tied};
-use crate::record::Channel;
+use crate::record::{Channel, Record};
 use crate::remainder::left_of_channels;
 use crate::report::{Finding, Refusal, Verdict};
+use crate::scale::Scales;
 use crate::search::{Accepted as Entry, Search, State, Told};
 use crate::slow::passes_for_noise;
 use crate::surrogate::{self, FalseAcceptance, sentence};
@@ -328,9 +329,10 @@ fn clocks(search: &Search, state: &State, reports: &[Reported]) -> Vec<Finding> 
                 _ => ("joint_position", "the motor's"),
             };
             let (late, size) = (if r.value > 0.0 { "after" } else { "before" }, 1e3 * r.value.abs());
+            let hold = if signal == "motor_torque" { of_a_hold(search, r.value) } else { "" };
             Finding {
                 statement: format!(
-                    "{joint}, {}: read {size:.2} ± {:.2} ms {late} {whose}",
+                    "{joint}, {}: read {size:.2} ± {:.2} ms {late} {whose}{hold}",
                     signal.replace('_', " "),
                     1e3 * r.std
                 ),
@@ -343,10 +345,25 @@ fn clocks(search: &Search, state: &State, reports: &[Reported]) -> Vec<Finding> 
         .collect()
 }
 
+// What the clock of a torque may be that is taken to change between its samples: half a period, which is no clock.
+fn of_a_hold(search: &Search, skew: f64) -> &'static str {
+    let is_half = |record: &Record| {
+        let Scales { period, held, .. } = record.scales;
+        !held && (skew + 0.5 * period).abs() < NEARLY_HALF * period
+    };
+    if !search.problem.form.is_white() && search.records.iter().all(is_half) {
+        ": about half a sample period, as a torque has that is held until the next sample"
+    } else {
+        ""
+    }
+}
+
 // One-second blocks from which a search can decide without asking surrogates.
 const FEWEST_BLOCKS: usize = 12;
 // A clock error is told if it is this share of a sample period.
 const CLOCK_SHARE: f64 = 0.3;
+// … and of a torque that is held if it is half of one within this share.
+const NEARLY_HALF: f64 = 0.2;
 
 fn candidate(
     search: &Search,

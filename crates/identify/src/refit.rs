@@ -69,6 +69,7 @@ pub(crate) fn refit(
     let mut descent = Descent::new(about, start.unwrap_or(base), whitener, trial, score)?;
     if start.is_none() {
         descent.scan();
+        descent.unload(trial);
         descent.shrink();
     }
     descent.descend(leader, base.objective - LEAST_DROP);

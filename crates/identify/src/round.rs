@@ -97,7 +97,8 @@ impl Search<'_> {
                 let score = scores[k].as_ref()?;
                 refit(&problem, &base, start, &trials[k], score, leader, &self.channel_std)
             };
-            list.par_iter().filter(|k| !is_known(k)).filter_map(of).collect::<Vec<Refit>>()
+            let followed = |r: &Refit| r.fitted.objective.is_finite();
+            list.par_iter().filter(|k| !is_known(k)).filter_map(of).filter(followed).collect::<Vec<Refit>>()
         };
         // A candidate that explains all and leaves nothing bent has no better start; where derivatives are dear, one that
         // explains nearly all is not asked to have a better one.
