@@ -445,7 +445,10 @@ fn is_assumed(state: &State, unknown: &Unknown) -> bool {
 // Stated values that the data contradict, the farthest first.
 pub(crate) fn pulls(state: &State, reports: &[Reported]) -> Vec<Finding> {
     let model = &state.fitted.model;
-    let pulled = reports.iter().zip(&model.unknowns).map(|((effect, report), u)| {
+    // Clocks of which nothing is stated are told by themselves.
+    let is_clock = |effect: usize, start: f64| model.specs[effect].kind == "time_skew" && start == 0.0;
+    let stated = reports.iter().zip(&model.unknowns).filter(|((e, report), _)| !is_clock(*e, report.start));
+    let pulled = stated.map(|((effect, report), u)| {
         let pull = u.pull(model.p[u.position]).sqrt();
         let spec = &model.specs[*effect];
         let at_least = if pull > 0.99 * FARTHEST { "at least " } else { "" };
