@@ -14,7 +14,7 @@ use crate::options::Residual;
 use crate::problem::Problem;
 use crate::report::Finding;
 use crate::residual::{ResidualForm, Start};
-use crate::search::Search;
+use crate::search::{Search, State};
 use crate::spread::std;
 use crate::{IdentifyError, Options};
 
@@ -47,6 +47,12 @@ pub(crate) struct Worked<T> {
 }
 
 impl<T> Worked<T> {
+    /// What a search came to that ended with `state`.
+    pub fn of(state: &State, result: T, is_answered: bool, left: LeftOver) -> Self {
+        let (names, takes_torques_as_held) = (state.names(), state.takes_torques_as_held());
+        Self { result, names, is_answered, takes_torques_as_held, left }
+    }
+
     // Nothing is named, and nothing missing.
     fn is_adequate(&self) -> bool {
         self.is_answered && self.names.is_empty()
@@ -186,20 +192,20 @@ fn worked<T>(
             };
             // What one of the two residuals calls adequate is: a name that only the other needs makes up for what it takes the
             // torques between the samples for.
+            let mut first = None;
             if is_held {
                 let held = held(&mut begun)?;
                 if aim == Aim::Fit || held.is_adequate() {
                     return Ok(held);
                 }
-                let imposed = imposed(&mut begun)?;
-                return Ok(if held.explains_more(&imposed) { held } else { imposed });
+                first = Some(held);
             }
             let imposed = imposed(&mut begun)?;
-            if aim == Aim::Fit || imposed.is_plain() {
+            if first.is_none() && (aim == Aim::Fit || imposed.is_plain()) {
                 return Ok(imposed);
             }
-            let held = held(&mut begun).ok().filter(|held| held.explains_more(&imposed));
-            return Ok(held.unwrap_or(imposed));
+            let held = first.or_else(|| held(&mut begun).ok());
+            return Ok(held.filter(|held| held.explains_more(&imposed)).unwrap_or(imposed));
         }
         begun.first = look.as_ref().map(FirstLook::told);
         about.refusals.extend(look.iter().flat_map(FirstLook::refusals));

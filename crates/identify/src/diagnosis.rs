@@ -146,8 +146,7 @@ pub fn diagnose(
         let scope = format!("{scope}; {}", residual_told(search, begun));
         let (mut result, is_answered) = report(search, &explored, &told, begun, views, scope)?;
         let left = result.left(search, &explored, sudden.filter(|e| e.is_alone || !is_answered));
-        let takes_torques_as_held = explored.state.takes_torques_as_held();
-        Ok(Worked { names: explored.state.names(), result, is_answered, takes_torques_as_held, left })
+        Ok(Worked::of(&explored.state, result, is_answered, left))
     })
 }
 

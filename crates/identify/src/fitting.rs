@@ -226,22 +226,19 @@ fn work(
         let left = diagnosis.left(search, &explored, sudden.filter(|e| e.is_alone || !is_answered));
         let unseen = steps.last().and_then(StepReport::unseen_finding);
         diagnosis.findings.splice(0..0, unseen.into_iter().chain(suspicions.iter().cloned()));
-        let names = explored.state.names();
-        let takes_torques_as_held = explored.state.takes_torques_as_held();
-        let result = finished(search, explored, diagnosis, steps, runs, check);
-        Ok(Worked { result, names, is_answered, takes_torques_as_held, left })
+        let result = finished(search, &explored.state, diagnosis, steps, runs, check);
+        Ok(Worked::of(&explored.state, result, is_answered, left))
     })
 }
 
 fn finished(
     search: &Search,
-    explored: Explored,
+    state: &State,
     diagnosis: Diagnosis,
     steps: Vec<StepReport>,
     runs: &[Run],
     check: &[Run],
 ) -> Fit {
-    let state = &explored.state;
     let wide = widening(search, state);
     let model = &state.fitted.model;
     let told = |effect: usize| {

@@ -95,10 +95,8 @@ pub fn trial(
         let false_acceptance = FalseAcceptance::of(&surrogates);
         let sentence = sentence(&false_acceptance);
         let effects = explored.state.names();
-        let names = effects.clone();
         let result = TrialReport { effects, false_acceptance, surrogates, sentence };
-        let takes_torques_as_held = explored.state.takes_torques_as_held();
-        Ok(Worked { result, names, is_answered: true, takes_torques_as_held, left: LeftOver::default() })
+        Ok(Worked::of(&explored.state, result, true, LeftOver::default()))
     })
 }
 
