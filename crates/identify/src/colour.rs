@@ -43,6 +43,8 @@ const SHAKES: u64 = 3;
 const WHITE_SHARE: f64 = 0.02;
 // κ of channels other than motor torque.
 const POSITION_KAPPA: f64 = 60.0;
+// Times what is left of a channel beyond which its noise was read wrong; a fit leaves a little less than the noise.
+const CLEARLY_MORE: f64 = 1.3;
 // Largest share of the rows' freedom that the saturated regression may use.
 const MOST_FREEDOM: f64 = 0.4;
 
@@ -101,9 +103,10 @@ impl Whitener {
             .into_par_iter()
             .map(|c| {
                 let left = saturated(layout, c, residual, columns);
-                // What is read between samples may be a drive's torque that jitters: noise is no more than what is left.
-                let instrument =
-                    instrument_floor(records, c).min(rms(rows_of(layout, c).map(|k| residual[k])));
+                let rms_error = rms(rows_of(layout, c).map(|k| residual[k]));
+                let read = instrument_floor(records, c);
+                // A drive's torque that jitters looks like noise from sample to sample, and the model explains it.
+                let instrument = if read > CLEARLY_MORE * rms_error { rms_error } else { read };
                 let encoder = mean_covariance(layout, c, &shakes);
                 let mut noise = channel_noise(layout, c, &left, instrument, &encoder, &records[0]);
                 noise.floor = noise.floor.max(repeat_scatter(layout, records, c, residual));

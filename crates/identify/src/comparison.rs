@@ -448,7 +448,7 @@ mod tests {
 
     // A torque that jitters from sample to sample and a motion that does not show it: no noise of the rows.
     #[test]
-    fn a_floor_is_no_more_than_what_is_left() {
+    fn a_floor_is_not_clearly_more_than_what_is_left() {
         let robot = Robot::rigid(samples::planar_arm(2, 4.0, 0.5));
         let mut run = run(&robot);
         for signal in run.signals.iter_mut().filter(|s| s.quantity == Quantity::MotorTorque) {
