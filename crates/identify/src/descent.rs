@@ -53,8 +53,10 @@ const ROUNDING: f64 = 1e-12;
 pub(crate) const VALLEY: f64 = 30.0;
 const KEPT: f64 = 0.5;
 const MOST: f64 = 0.5;
-// Factors on a screened strength that are tried.
+// Factors on a screened strength that are tried about the base, and about what is stated: a base that was bent to swing as the log does
+// says little of how strong a spring is that makes the links swing so.
 const STRENGTHS: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
+const STATED_STRENGTHS: [f64; 9] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
 
 impl<'a> Descent<'a> {
     /// At the screened strengths.
@@ -119,8 +121,9 @@ impl<'a> Descent<'a> {
             }
             p
         };
-        let about = [&self.model.p, &stated];
-        let sets: Vec<Vec<f64>> = about.into_iter().flat_map(|p| STRENGTHS.map(|s| scaled(p, s))).collect();
+        let about_base = STRENGTHS.iter().map(|&s| scaled(&self.model.p, s));
+        let sets: Vec<Vec<f64>> =
+            about_base.chain(STATED_STRENGTHS.iter().map(|&s| scaled(&stated, s))).collect();
         let objectives = self.model.objectives(&self.problem, self.whitener, &sets);
         let best = (0..sets.len()).min_by(|&a, &b| objectives[a].total_cmp(&objectives[b]));
         if let Some(best) = best.filter(|&k| objectives[k] < self.best) {

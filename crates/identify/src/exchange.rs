@@ -160,7 +160,7 @@ fn compared(
     accepted.push(Accepted { trial: other.trial.clone(), effect, evidence, rivals, others });
     let next = search.led_anew(with.model, |model| search.descended(model, whitener), false)?;
     if are_late {
-        return drives_compared(search, state, k, &next, accepted);
+        return drives_compared(search, state, k, next, accepted);
     }
     let is_unlikelier = fall_between(reference, next.reference.as_ref()).is_some_and(|fall| fall <= CHANCE);
     if !is_unlikelier {
@@ -219,7 +219,7 @@ fn drives_compared(
     search: &Search,
     state: &State,
     k: usize,
-    next: &Led,
+    next: Led,
     accepted: Vec<Accepted>,
 ) -> Result<Compared, IdentifyError> {
     let driven = |model: &Candidate, reference: &Option<Arc<Reference>>| {
@@ -227,6 +227,9 @@ fn drives_compared(
     };
     let mut own = driven(&state.fitted.model, &state.reference)?;
     let mut other = driven(&next.model, &next.reference)?;
+    if is_noise_of_readings(search, &own, &other) {
+        return compared_as_read(search, state, k, next, [&own, &other], accepted);
+    }
     // Motions in valleys that lie apart, of other joints too, would be compared in place of the drives.
     if other.misfit() > own.misfit() {
         other = search.led_driven_beside(other, &own, &state.whitener)?;
@@ -257,6 +260,74 @@ fn drives_compared(
     state.reference.iter().for_each(|reference| search.problem.form.adopt(reference));
     Ok(tied.map_or(Compared::Worse, Compared::Tied))
 }
+
+// True if the noise of the logged torques is one of their readings and does not act: with a dead time all of it is missing in the
+// motion, and with a lag no less than what a lag leaves of it.
+//
+// σ_d ≈ σ_read,   σ_T ≥ σ_read √(h/2T)
+fn is_noise_of_readings(search: &Search, own: &Led, other: &Led) -> bool {
+    let read = search.problem.form.read_noise();
+    let step = search.problem.form.layout().period;
+    let (delayed, lagging) = if lag(&own.model) > lag(&other.model) { (other, own) } else { (own, other) };
+    let noise = |led: &Led, joint: usize| led.reference.as_ref().map(|of| of.torque_noise[joint]);
+    let drives = [drives(&delayed.model), drives(&lagging.model)];
+    let is_read = |(joint, dof): (usize, usize)| {
+        let time = drives[1][dof].lag;
+        let (Some(all), Some(left)) = (noise(delayed, joint), noise(lagging, joint)) else { return false };
+        let is_all = (1.0 / AS_READ..AS_READ).contains(&(all / read[joint]));
+        time > drives[0][dof].lag && is_all && left > read[joint] * (step / (2.0 * time)).sqrt()
+    };
+    !read.is_empty() && search.sensors.moving().enumerate().any(is_read)
+}
+
+// How close noise is to what was read that is all of it.
+const AS_READ: f64 = 1.15;
+
+// Two drives that are late in different ways under torques of which the noise does not act, in the samples whose rows count: where a
+// motor creeps, friction tells as much of a drive as its time does. What the models foretell passes the drives. All of the logged
+// torques besides, smoothed as far as the log is likeliest with either drive, must not tell the contrary: a log that does tells neither.
+fn compared_as_read(
+    search: &Search,
+    state: &State,
+    k: usize,
+    next: Led,
+    [own, other]: [&Led; 2],
+    accepted: Vec<Accepted>,
+) -> Result<Compared, IdentifyError> {
+    let longest = lag(&own.model).max(lag(&other.model));
+    let lowest = |led: &Led| {
+        let smoothed = |share: &f64| {
+            let driven = search.reference_driven(&led.model, led.reference.as_ref(), share * longest);
+            search.misfit_of_rows(&led.model, driven.as_ref())
+        };
+        SMOOTHED.iter().filter_map(smoothed).reduce(f64::min)
+    };
+    let before = search.misfit_of_rows(&state.fitted.model, state.reference.as_ref());
+    let after = search.misfit_of_rows(&next.model, next.reference.as_ref());
+    state.reference.iter().for_each(|reference| search.problem.form.adopt(reference));
+    let (Some((before, after)), Some((own, other))) = (before.zip(after), lowest(own).zip(lowest(other)))
+    else {
+        return Ok(Compared::Worse);
+    };
+    let replaced = &state.accepted[k];
+    let [foretold, smoothed] = [before - after, own - other].map(|fall| fall / replaced.evidence.temper);
+    if foretold * smoothed < 0.0 && foretold.abs() < OUTWEIGHS * smoothed.abs() {
+        return Ok(Compared::Tied(0.0));
+    }
+    if next.is_finite() && foretold > CHANCE {
+        let mut next = search.settled_led(next, accepted)?;
+        if let Some(entry) = next.accepted.last_mut() {
+            entry.rivals.push((replaced.trial.clone(), foretold));
+        }
+        return Ok(Compared::Better(Box::new(next), foretold));
+    }
+    let tied = Some((-foretold).max(0.0)).filter(|distance| *distance < TIE_CHI);
+    Ok(tied.map_or(Compared::Worse, Compared::Tied))
+}
+
+// Times over which torques are smoothed, in lags, and how much larger a fall is that holds against its contrary.
+const SMOOTHED: [f64; 5] = [0.35, 0.5, 0.7, 1.0, 1.2];
+const OUTWEIGHS: f64 = 4.0;
 
 // The largest lag of a model's drives at rest, s.
 fn lag(model: &Candidate) -> f64 {

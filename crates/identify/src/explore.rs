@@ -244,7 +244,10 @@ fn unlikely(search: &Search, before: &State, after: &State) -> Option<(Trial, St
     }
     let promised = added.iter().map(|a| a.evidence.data).sum();
     let kept = search.fall_of_misfit(before, &after.fitted.model, after.reference.as_ref())?;
-    too_little_kept(kept, promised, "a motion of its own").map(|reason| (added[0].trial.clone(), reason))
+    let refused = |kept: f64| too_little_kept(kept, promised, "a motion of its own");
+    refused(kept)?;
+    let reason = refused(search.fall_in_rows(before, after)?)?;
+    Some((added[0].trial.clone(), reason))
 }
 
 // False if a round had candidates and none of them is likely: those are not offered again.
@@ -287,9 +290,13 @@ fn unlikely_at_once(search: &Search, state: &State, refit: &Refit) -> Option<Str
     if form.layout().is_much(state.fitted.objective) || refit.evidence.is_relief() {
         return None;
     }
-    let model = &refit.fitted.model;
-    let misfit = form.misfit(reference, &reference.torque_noise, &model.plant, &model.p)?;
-    too_little_kept(reference.misfit() - misfit, refit.evidence.data, "the present motion")
+    let (base, model) = (&state.fitted.model, &refit.fitted.model);
+    let refused = |kept: f64| too_little_kept(kept, refit.evidence.data, "the present motion");
+    refused(reference.misfit() - form.misfit(reference, &reference.torque_noise, &model.plant, &model.p)?)?;
+    // Where a motor creeps, no row asked the fit for a friction that goes with the motion.
+    let noise = &reference.torque_noise;
+    let of_rows = |model: &Candidate| form.misfit_of_rows(reference, noise, &model.plant, &model.p);
+    refused(of_rows(base)? - of_rows(model)?)
 }
 
 /// Candidates of the last round, in which nothing passed, that make the log no likelier, each with the reason.

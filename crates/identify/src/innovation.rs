@@ -164,19 +164,19 @@ impl Innovation {
     }
 
     // Torque noise of every joint as it was read in the noisiest run.
-    fn read_noise(&self) -> impl Iterator<Item = f64> {
+    fn noise_read(&self) -> impl Iterator<Item = f64> {
         let read = |channel: usize| self.runs.iter().map(|run| run.noise[channel]).fold(0.0, f64::max);
         self.joints.iter().map(move |joint| read(joint.torque))
     }
 
     // Torque noise of every joint, at most as it was read: what a model leaves besides makes no velocity unsure.
     fn own_noise(&self, noise: &[f64]) -> Vec<f64> {
-        self.read_noise().zip(noise).map(|(read, n)| n.min(read)).collect()
+        self.noise_read().zip(noise).map(|(read, n)| n.min(read)).collect()
     }
 
     // True if torque noise of every joint is no more than was read.
     fn is_as_read(&self, noise: &[f64]) -> bool {
-        self.read_noise().zip(noise).all(|(read, n)| *n < AS_READ * read)
+        self.noise_read().zip(noise).all(|(read, n)| *n < AS_READ * read)
     }
 
     // The joints of a group, without its hinges.
@@ -389,7 +389,7 @@ impl ResidualForm for Innovation {
     }
     fn begin_as_read(&self, reference: &Reference) {
         let as_read = |(read, left): (f64, &f64)| if read > 0.0 { left.min(read) } else { *left };
-        let noise = self.read_noise().zip(&reference.torque_noise).map(as_read).collect();
+        let noise = self.noise_read().zip(&reference.torque_noise).map(as_read).collect();
         self.begin_known(reference.torques, noise);
     }
     fn begin_anew(&self, torques: LoggedTorques) {
@@ -400,6 +400,19 @@ impl ResidualForm for Innovation {
     fn misfit(&self, about: &Reference, torque_noise: &[f64], plant: &Plant, p: &[f64]) -> Option<f64> {
         let pass = Pass::new(self, about.motions.clone(), about.torques, plant, p);
         Some(pass.misfits(torque_noise).sum())
+    }
+    fn misfit_of_rows(
+        &self,
+        about: &Reference,
+        torque_noise: &[f64],
+        plant: &Plant,
+        p: &[f64],
+    ) -> Option<f64> {
+        let pass = Pass::new(self, about.motions.clone(), about.torques, plant, p);
+        Some(pass.misfit_of_rows(torque_noise))
+    }
+    fn read_noise(&self) -> Vec<f64> {
+        self.noise_read().collect()
     }
     fn adopt(&self, reference: &Arc<Reference>) {
         *self.reference.write().unwrap_or_else(PoisonError::into_inner) = Arc::clone(reference);

@@ -53,9 +53,23 @@ pub(crate) trait ResidualForm: Sync {
     fn begin_as_read(&self, _reference: &Reference) {}
     /// Comes back to a reference.
     fn adopt(&self, _reference: &Arc<Reference>) {}
+    /// Noise of the readings of motor torque of every joint that moves, as far as neighbouring samples tell it; empty where it is not asked.
+    fn read_noise(&self) -> Vec<f64> {
+        Vec::new()
+    }
     /// −2 log likelihood of what was measured by a model about the motion of a reference, under torque noise of this size;
     /// none where there is no reference.
     fn misfit(&self, _about: &Reference, _torque_noise: &[f64], _plant: &Plant, _p: &[f64]) -> Option<f64> {
+        None
+    }
+    /// The same of the samples alone whose rows count.
+    fn misfit_of_rows(
+        &self,
+        _about: &Reference,
+        _torque_noise: &[f64],
+        _plant: &Plant,
+        _p: &[f64],
+    ) -> Option<f64> {
         None
     }
 }

@@ -307,7 +307,7 @@ impl<'a> Search<'a> {
     }
 
     fn waves(&self, records: &[Record]) -> &[Waves] {
-        self.waves.get_or_init(|| Waves::of(records, self.sensors))
+        self.waves.get_or_init(|| Waves::of(self.problem.robot, records, self.sensors))
     }
 
     fn offered(&self, model: &Candidate, residual: &[f64]) -> Vec<Trial> {

@@ -203,24 +203,50 @@ impl Search<'_> {
         Some(fall.max(old.misfit() - alike))
     }
 
-    /// −2 log likelihood of a model about a reference led from its own with the whole of the logged torques passing the drives,
-    /// smoothed over a time before, s; none where there is no reference, and of torques of moments, of which nothing is known in
-    /// between.
-    pub fn misfit_driven(
+    /// By how much −2 log likelihood falls from one state to another in the samples whose rows count: where a motor creeps, no row asks
+    /// a fit for a friction that goes with the motion.
+    pub fn fall_in_rows(&self, before: &State, after: &State) -> Option<f64> {
+        let noise = &before.reference.as_ref()?.torque_noise;
+        let misfit = |state: &State| {
+            let model = &state.fitted.model;
+            self.problem.form.misfit_of_rows(state.reference.as_ref()?, noise, &model.plant, &model.p)
+        };
+        Some(misfit(before)? - misfit(after)?)
+    }
+
+    /// A reference of a model led from its own with the whole of the logged torques passing the drives, smoothed over a time before, s;
+    /// none where there is none, and of torques of moments, of which nothing is known in between.
+    pub fn reference_driven(
         &self,
         model: &Candidate,
         reference: Option<&Arc<Reference>>,
         smoothed: f64,
-    ) -> Option<f64> {
+    ) -> Option<Arc<Reference>> {
         let form = self.problem.form;
         let own = reference.filter(|reference| reference.torques.early == 0.0)?;
         let present = form.reference();
         form.adopt(own);
         form.begin_anew(LoggedTorques { passing: Passing::Whole { smoothed }, ..own.torques });
         form.renew(&model.plant, &model.p, Start::Reference);
-        let misfit = form.reference().map(|reference| reference.misfit());
+        let driven = form.reference();
         present.iter().for_each(|reference| form.adopt(reference));
-        misfit
+        driven
+    }
+
+    /// −2 log likelihood about it.
+    pub fn misfit_driven(
+        &self,
+        model: &Candidate,
+        reference: Option<&Arc<Reference>>,
+        smoothed: f64,
+    ) -> Option<f64> {
+        self.reference_driven(model, reference, smoothed).map(|driven| driven.misfit())
+    }
+
+    /// −2 log likelihood of a model about a reference, in the samples whose rows count.
+    pub fn misfit_of_rows(&self, model: &Candidate, reference: Option<&Arc<Reference>>) -> Option<f64> {
+        let reference = reference?;
+        self.problem.form.misfit_of_rows(reference, &reference.torque_noise, &model.plant, &model.p)
     }
 
     /// A model with its reference led once more in rows of what is left if the whole of the logged torques passes its drives.

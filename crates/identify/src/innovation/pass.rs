@@ -279,6 +279,32 @@ impl<'a> Pass<'a> {
         Misfits(misfits.into_iter().map(|groups| groups.concat()).collect())
     }
 
+    /// The same in all of the samples whose rows of motor torque count.
+    pub fn misfit_of_rows(&self, noise: &[f64]) -> f64 {
+        let misfits = self.of_each_group(noise, |kalman, run| {
+            let input = |joint, k| self.input(run, joint, k);
+            let mut misfit = 0.0;
+            kalman.misfit(usize::MAX, input, |joint, k, told| {
+                if self.counts(run, k) && self.row_counts(run, joint, k) {
+                    misfit += told.misfit;
+                }
+            });
+            misfit
+        });
+        misfits.into_iter().flatten().sum()
+    }
+
+    // True if the row of motor torque counts in which a sample of a joint is; hinges have no rows.
+    fn row_counts(&self, run: usize, joint: usize, k: usize) -> bool {
+        let Some(channels) = self.form.joints.get(joint) else { return false };
+        let layout = &self.form.layout;
+        let segment = layout.of_channel(channels.torque).nth(run);
+        segment.is_some_and(|s| {
+            let row = k / self.records[run].scales.every;
+            row < s.len && layout.keep[s.first + row]
+        })
+    }
+
     /// Joints and hinges whose covariance is carried along together: all that may be, since the torque noise of one moves the others.
     /// Of more, groups as alike in size as may be, the larger ones nearer to the tip, where light links move each other most.
     pub fn groups(&self) -> Vec<Range<usize>> {
