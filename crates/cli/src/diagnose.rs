@@ -66,8 +66,12 @@ fn limits(diagnosis: &Diagnosis) -> Vec<String> {
             own.map(|l| format!("{} from {}", l.effect, quantity(l.smallest, &l.unit))).collect();
         format!("{place}: {}", each.join(", "))
     };
-    places.iter().map(line).collect()
+    let untold = (!places.is_empty()).then(|| UNTOLD.to_owned());
+    places.iter().map(line).chain(untold).collect()
 }
+
+const UNTOLD: &str =
+    "of effects with a threshold, a time or several strengths (gaps, lags, harmonics …) no size is told";
 
 /// Every refused candidate with the gate that refused it, or how many there are.
 fn refusals(diagnosis: &Diagnosis, explain: bool) -> String {

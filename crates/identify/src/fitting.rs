@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use sinew_data::Run;
-use sinew_effect::{Catalogue, Written};
+use sinew_effect::{Catalogue, Screening, Written};
 use sinew_model::{EffectSpec, Model, Place, Robot};
 
 use crate::analysis::{Aim, Worked, analysed, residual_told};
@@ -19,7 +19,7 @@ use crate::problem::{Candidate, Problem};
 use crate::refit::{Base, refit};
 use crate::report::{Finding, Verdict};
 use crate::screen::Screen;
-use crate::search::{Accepted, Search, State, taken};
+use crate::search::{Search, State, taken};
 use crate::trial::How;
 use crate::unknowns::{FARTHEST, Unknown};
 use crate::{IdentifyError, Options};
@@ -430,13 +430,23 @@ fn repeats(runs: &[Run], check: &[Run]) -> Vec<String> {
         .collect()
 }
 
+// True if the search added the effect.
+fn is_added(state: &State, effect: usize) -> bool {
+    state.accepted.iter().any(|a| a.effect == effect && matches!(a.trial.how, How::New { .. }))
+}
+
 // A parameter of an effect that the files do not state, or a shape of which they say nothing.
 fn is_assumed(state: &State, unknown: &Unknown) -> bool {
     let effect = unknown.id.effect;
-    let is_new = |a: &Accepted| a.effect == effect && matches!(a.trial.how, How::New { .. });
     let active = &state.fitted.model.plant.effects()[effect];
     let key = active.effect.card().parameters[unknown.id.parameter].key;
-    state.accepted.iter().any(is_new) || (unknown.shape && active.spec.get(key).is_none())
+    is_added(state, effect) || (unknown.shape && active.spec.get(key).is_none())
+}
+
+// A number of periods a turn that the position scan found.
+fn is_scanned(state: &State, unknown: &Unknown) -> bool {
+    let card = state.fitted.model.plant.effects()[unknown.id.effect].effect.card();
+    is_added(state, unknown.id.effect) && unknown.shape && matches!(card.screening, Screening::Harmonic)
 }
 
 // Stated values that the data contradict, the farthest first.
@@ -453,9 +463,8 @@ pub(crate) fn pulls(state: &State, reports: &[Reported]) -> Vec<Finding> {
         let far = format!("{at_least}{pull:.1} of its standard deviations");
         let (name, value, unit, start) = (&report.name, report.value, &report.unit, report.start);
         let statement = if is_assumed(state, u) {
-            format!(
-                "{name}: fits with {value:.4} {unit}, {far} from the {start:.4} that the catalogue assumes{stops}"
-            )
+            let of = if is_scanned(state, u) { "of the position scan" } else { "that the catalogue assumes" };
+            format!("{name}: fits with {value:.4} {unit}, {far} from the {start:.4} {of}{stops}")
         } else if start == 0.0 {
             format!("{name}: fits {value:+.4} {unit} away from what the files state, {far}{stops}")
         } else {

@@ -158,6 +158,12 @@ impl Innovation {
         self.adopt(&Arc::new(Reference { torques, motions, torque_noise, ..Reference::default() }));
     }
 
+    /// Leaves out rows.
+    #[cfg(test)]
+    pub fn leave_out_rows(&mut self, rows: Range<usize>) {
+        self.layout.keep[rows].fill(false);
+    }
+
     /// The present reference.
     pub fn present(&self) -> Arc<Reference> {
         Arc::clone(&self.reference.read().unwrap_or_else(PoisonError::into_inner))

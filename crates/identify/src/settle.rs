@@ -518,6 +518,8 @@ fn alike(value: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::ops::Range;
+
     use sinew_data::{Quantity, Run, Signal};
     use sinew_effects::CATALOGUE;
     use sinew_model::{Robot, samples};
@@ -528,10 +530,10 @@ mod tests {
     use crate::analysis::about_base;
     use crate::comparison::Prepared;
     use crate::problem::Problem;
+    use crate::residual::ResidualForm;
 
     // A rigid joint at 1 kHz with readings of 17 bit a turn.
-    #[test]
-    fn a_state_that_was_let_go_has_its_rows_again_to_the_last_bit() {
+    fn rigid() -> (Robot, [Run; 1]) {
         let robot = Robot::rigid(samples::planar_arm(1, 4.0, 0.5));
         let time: Vec<f64> = (0..6000).map(|k| 1e-3 * k as f64).collect();
         let step = std::f64::consts::TAU / f64::from(1 << 17);
@@ -546,6 +548,12 @@ mod tests {
             signal(Quantity::MotorTorque, time.iter().map(torque).collect()),
         ];
         let runs = [Run::new("sine".to_owned(), time, signals).unwrap()];
+        (robot, runs)
+    }
+
+    #[test]
+    fn a_state_that_was_let_go_has_its_rows_again_to_the_last_bit() {
+        let (robot, runs) = rigid();
         let options = Options::default();
         let prepared = Prepared::new(&robot, &runs, &options).unwrap();
         let form = about_base(&robot, &CATALOGUE, &runs, &prepared, None).unwrap().unwrap();
@@ -559,5 +567,26 @@ mod tests {
         assert!(state.reference.as_ref().unwrap().records().is_empty());
         search.restore(&mut state);
         assert_eq!((rows(&state), state.misfit()), (before, misfit));
+    }
+
+    #[test]
+    fn the_likelihood_of_rows_is_that_of_the_samples_that_count() {
+        let (robot, runs) = rigid();
+        let options = Options::default();
+        let prepared = Prepared::new(&robot, &runs, &options).unwrap();
+        let form = || about_base(&robot, &CATALOGUE, &runs, &prepared, None).unwrap().unwrap();
+        let whole = form();
+        let (problem, records) =
+            (Problem::new(&robot, &CATALOGUE, &whole, &options), whole.present().motion());
+        let search = Search::new(&problem, &records, &prepared.sensors);
+        let (model, _) = search.fitted(prepared.base_specs(&robot, &CATALOGUE), None, 12).unwrap();
+        let (reference, rows) = (whole.present(), whole.layout().len);
+        let without = |left_out: Range<usize>| {
+            let mut form = form();
+            form.leave_out_rows(left_out);
+            form.misfit_of_rows(&reference, &reference.torque_noise, &model.plant, &model.p).unwrap()
+        };
+        let [all, last, first] = [0..0, 0..rows / 2, rows / 2..rows].map(without);
+        assert!((first + last - all).abs() < 1e-9 * all.abs() && first != last, "{first} + {last} ≠ {all}");
     }
 }
