@@ -7,6 +7,7 @@
 //! cargo run --release -p sinew-tests --example case -- mixed SEED [imposed|innovation] [stated]
 //! ```
 //!
+//! Encoders are named as for `recognition`: `fine+read+places` and so on. `torque_ripple@motor` is one that follows the motor's turns.
 //! With `stated`, the last word of any form, what is hidden is stated to the model, so that nothing is missing.
 
 use std::path::Path;
@@ -14,7 +15,7 @@ use std::path::Path;
 use sinew_identify::{Options, Residual};
 use sinew_tests::{
     Arm, Case, Conditions, Sensors, described_case, drawn_case, foreign_causes, hidden_effects, judge,
-    mixed_case, null_case,
+    mixed_case, null_case, turns_of_motor,
 };
 
 const USAGE: &str = "usage: case 1|2|6[-rigid] EFFECT[+EFFECT]|CAUSE|nothing SEED [full|motor|current|link|all [fine|coarse [SIZE [imposed|innovation]]]] [stated]
@@ -107,8 +108,13 @@ fn asked(args: &[String]) -> Option<(Arm, Case)> {
     let size = args.get(5).and_then(|a| a.parse().ok()).unwrap_or(1.0);
     let dof = seed as usize % arm.robot.model.nv;
     let all = hidden_effects(&arm, dof, size);
+    let of_motor = turns_of_motor(&arm, dof, size);
     // One effect, several joined by +, a cause from outside the catalogue, or nothing.
-    let hidden: Vec<_> = args[1].split('+').filter_map(|e| all.iter().find(|h| h.effect == e)).collect();
+    let hidden_as = |e: &str| match e.strip_suffix("@motor") {
+        Some(e) => of_motor.iter().find(|h| h.effect == e),
+        None => all.iter().find(|h| h.effect == e),
+    };
+    let hidden: Vec<_> = args[1].split('+').filter_map(hidden_as).collect();
     let case = match foreign_causes(&arm, dof, size).iter().find(|f| f.name == args[1]) {
         Some(cause) => Case::foreign(&arm, cause, dof, conditions, seed),
         None if hidden.is_empty() => null_case(&arm, conditions, 100_000 + seed),

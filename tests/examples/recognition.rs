@@ -2,9 +2,10 @@
 //! them in arms and conditions by chance.
 //!
 //! ```text
-//! cargo run --release -p sinew-tests --example recognition -- effects|pairs|families|foreign|nothing|drawn|described [KEY=VALUE…]
-//!     seeds=FIRST..END   arms=1,2,6,1-rigid,…   sensors=full,motor,current,link,all   encoders=fine,coarse,fine/10,fine@4   sizes=1,0.3   only=EFFECT
-//!     (fine/10: every tenth row of the log; fine@4: a drive that holds its torques for 4 ms, and a log of that rate)
+//! cargo run --release -p sinew-tests --example recognition -- effects|turns|pairs|families|foreign|nothing|drawn|described [KEY=VALUE…]
+//!     seeds=FIRST..END   arms=1,2,6,1-rigid,…   sensors=full,motor,current,link,all   encoders=fine,coarse,fine+read+places,fine/10,fine@4   sizes=1,0.3   only=EFFECT
+//!     (+read: a noise of torques that is read and does not act; +fourier, +places, +slow: other motions; fine/10: every tenth row of
+//!     the log; fine@4: a drive that holds its torques for 4 ms, and a log of that rate)
 //!     urdfs=FILE,FILE      (described) arms of these files, a file for each seed in turn, with drives and conditions by chance
 //!     into=docs/recognition.md   as=NAME      the tables go between <!-- NAME --> and <!-- /NAME --> of that page
 //! ```
@@ -21,7 +22,7 @@ use sinew_identify::{Options, Verdict};
 use sinew_simulate::Stream;
 use sinew_tests::{
     Arm, Case, Conditions, Hidden, Outcome, Outside, Sensors, are_twins, confusion, described_case,
-    drawn_case, foreign_causes, hidden_effects, judge, null_case,
+    drawn_case, foreign_causes, hidden_effects, judge, null_case, turns_of_motor,
 };
 
 type Failure = Outside;
@@ -33,7 +34,7 @@ fn main() -> Result<(), Failure> {
     let (Some((name, draw, print)), Some(population)) =
         (part, Population::asked(args.get(1..).unwrap_or(&[])))
     else {
-        return Err("usage: recognition effects|pairs|families|foreign|nothing|drawn|described [seeds=0..3] [arms=1,2,6,1-rigid,…] [sensors=full,motor,current,link,all] [encoders=fine,coarse] [sizes=1] [only=EFFECT] [urdfs=FILE,FILE] [into=PAGE [as=NAME]]".into());
+        return Err("usage: recognition effects|turns|pairs|families|foreign|nothing|drawn|described [seeds=0..3] [arms=1,2,6,1-rigid,…] [sensors=full,motor,current,link,all] [encoders=fine,coarse,fine+read+places,fine/10,fine@4] [sizes=1] [only=EFFECT] [urdfs=FILE,FILE] [into=PAGE [as=NAME]]".into());
     };
     let tables = population.tables(&args, *draw, *print)?;
     println!("{tables}");
@@ -47,8 +48,9 @@ type Draw = fn(&Population) -> Result<Vec<Asked>, Failure>;
 type Print = fn(&[Judged]) -> String;
 
 /// The parts of the suite: their cases, and what is printed of them.
-const PARTS: [(&str, Draw, Print); 7] = [
+const PARTS: [(&str, Draw, Print); 8] = [
     ("effects", |p| Ok(p.combined(single)), strata),
+    ("turns", |p| Ok(p.combined(turns)), strata),
     ("pairs", |p| Ok(p.combined(pairs)), both),
     ("families", |p| Ok(p.combined(families)), both),
     ("foreign", |p| Ok(p.combined(foreign)), names),
@@ -173,6 +175,15 @@ fn single(population: &Population, arm: &Arm, conditions: Conditions) -> Vec<Cas
             hidden.iter().map(|h| Case::new(arm, &[h], conditions, seed)).collect::<Vec<_>>()
         })
         .collect()
+}
+
+fn turns(population: &Population, arm: &Arm, conditions: Conditions) -> Vec<Case> {
+    let of = |(seed, dof, size)| {
+        let mut hidden = turns_of_motor(arm, dof, size);
+        hidden.retain(|h| population.only.as_ref().is_none_or(|o| h.effect == o));
+        hidden.iter().map(|h| Case::new(arm, &[h], conditions, seed)).collect::<Vec<_>>()
+    };
+    population.draws(arm).into_iter().flat_map(of).collect()
 }
 
 // Two different effects at random joints, a pair for each seed; twins that no motion separates are not drawn.

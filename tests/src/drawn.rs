@@ -8,7 +8,7 @@ use sinew_simulate::Stream;
 use crate::hidden::effects_by_chance;
 use crate::robots::{friction, spring};
 use crate::suite::STEP_17_BIT;
-use crate::{Arm, Case, Conditions, Data, Sensors, hidden_effects, null_case};
+use crate::{Arm, Case, Conditions, Data, Sensors, TorqueNoise, hidden_effects, null_case};
 
 // Draws of one stream, one after the other.
 pub(crate) struct Draws {
@@ -148,6 +148,7 @@ impl Conditions {
             motor_step: draws.one_of(&[STEP_17_BIT, STEP_17_BIT / gear, 32.0 * STEP_17_BIT / gear]),
             torque_noise: draws.one_of(&[1.0 / 3.0, 1.0, 3.0]),
             data: draws.one_of(&[Data::Rich, Data::Rich, Data::Excitation, Data::PickAndPlace, Data::Slow]),
+            ..Self::FULL
         }
     }
 
@@ -165,7 +166,11 @@ impl Conditions {
         [
             sensors.to_owned(),
             encoder.to_owned(),
-            format!("torque noise × {:.1}", self.torque_noise),
+            format!(
+                "torque noise × {:.1}{}",
+                self.torque_noise,
+                if self.torque_noise_is == TorqueNoise::Read { ", read" } else { "" }
+            ),
             format!(
                 "{:.0} Hz{}",
                 1.0 / (self.period * self.every as f64),

@@ -163,6 +163,31 @@ fn added_at_joint(arm: &Arm, dof: usize, joint: &str, size: f64) -> Vec<Hidden> 
     ]
 }
 
+/// What follows the turns of the motor at degree of freedom `dof`, many times a turn of the joint: cogging of a pole pair's four
+/// teeth, a torque ripple of six commutations, a shaft that runs out, and a flexspline that does twice a turn.
+///
+/// # Panics
+/// Where the joint states no gear ratio.
+pub fn turns_of_motor(arm: &Arm, dof: usize, size: f64) -> Vec<Hidden> {
+    let joint = arm.robot.model.dof_name(dof).to_owned();
+    let ratio = arm.robot.joints[dof].gear_ratio.expect("the arms of the suite state their gear ratios");
+    let f = size * arm.torque[dof];
+    let k = arm.robot.joints[dof].stiffness.unwrap_or(1e4);
+    let with = |effect: &'static str, periods: f64, sine: f64, cosine: f64| {
+        let spec = EffectSpec::new(effect, Place::Joint(joint.clone()))
+            .with("sine", sine)
+            .with("cosine", cosine)
+            .with("per_turn", periods * ratio);
+        Hidden { effect, place: joint.clone(), dof, how: How::Added(spec) }
+    };
+    vec![
+        with("cogging_torque", 4.0, 0.2 * f, 0.1 * f),
+        with("torque_ripple", 6.0, 0.06 * size, -0.04 * size),
+        with("transmission_error", 1.0, 0.3 * f / k, 0.2 * f / k),
+        with("transmission_error", 2.0, 0.3 * f / k, 0.2 * f / k),
+    ]
+}
+
 // The neighbour's drive acts at this joint too.
 fn coupled(arm: &Arm, dof: usize, joint: &str, size: f64) -> Option<Hidden> {
     let neighbour = dof.checked_sub(1).unwrap_or(dof + 1);

@@ -15,10 +15,11 @@ mod suite;
 pub use described::described_case;
 pub use drawn::drawn_case;
 pub use foreign::{Edit, Foreign, PUSHED, Way, foreign_catalogue, foreign_causes, push};
-pub use hidden::{Hidden, How, are_twins, hidden_effects};
+pub use hidden::{Hidden, How, are_twins, hidden_effects, turns_of_motor};
 pub use mixed::mixed_case;
 pub use nulls::{Estimate, NullCase, null_statistics};
 pub use robots::{Arm, one_joint, six_joints, two_joints};
 pub use suite::{
-    Case, Conditions, Data, Outcome, Outside, Sensors, confusion, judge, measure, measure_for, null_case,
+    Case, Conditions, Data, Outcome, Outside, Sensors, TorqueNoise, confusion, judge, measure, measure_for,
+    null_case,
 };

@@ -24,12 +24,23 @@ pub struct Conditions {
     pub motor_step: f64,
     /// Torque noise, in units of the arm's own.
     pub torque_noise: f64,
+    /// Whether it moves the arm.
+    pub torque_noise_is: TorqueNoise,
     /// Period of the controller, which holds its torques, s.
     pub period: f64,
     /// Periods of the controller to a row of the log.
     pub every: usize,
     /// What the arm was made to do.
     pub data: Data,
+}
+
+/// What becomes of torque noise.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TorqueNoise {
+    /// The drive adds it; the log has the command.
+    Acting,
+    /// The arm moves without it; the log has the torque with it.
+    Read,
 }
 
 /// What is logged of every joint.
@@ -97,13 +108,15 @@ impl Conditions {
         sensors: Sensors::Full,
         motor_step: STEP_17_BIT / GEAR_RATIO,
         torque_noise: 1.0,
+        torque_noise_is: TorqueNoise::Acting,
         period: 1e-3,
         every: 1,
         data: Data::Rich,
     };
 
     /// Conditions by name: the sensors `full`, `motor`, `current`, `link` or `all`, then `fine` (17 bit a motor turn) or
-    /// `coarse` (17 bit a joint turn); `fine/10` is a log of every tenth row, `fine@4` one of a drive that holds its torques for
+    /// `coarse` (17 bit a joint turn). `fine+read` logs torques with a noise that does not act; `fine+fourier`, `fine+places` and
+    /// `fine+slow` are of other motions. `fine/10` is a log of every tenth row, `fine@4` one of a drive that holds its torques for
     /// 4 ms.
     pub fn named(sensors: &str, encoder: &str) -> Option<Self> {
         let sensors = Sensors::named(sensors)?;
@@ -111,12 +124,19 @@ impl Conditions {
         let every = every.parse().ok().filter(|every| *every > 0)?;
         let (encoder, held) = encoder.split_once('@').unwrap_or((encoder, "1"));
         let period = 1e-3 * held.parse::<f64>().ok().filter(|held| *held > 0.0)?;
-        let motor_step = match encoder {
-            "fine" => STEP_17_BIT / GEAR_RATIO,
-            "coarse" => STEP_17_BIT,
-            _ => return None,
-        };
-        Some(Self { sensors, motor_step, period, every, ..Self::FULL })
+        let mut named = Self { sensors, period, every, ..Self::FULL };
+        for word in encoder.split('+') {
+            match word {
+                "fine" => named.motor_step = STEP_17_BIT / GEAR_RATIO,
+                "coarse" => named.motor_step = STEP_17_BIT,
+                "read" => named.torque_noise_is = TorqueNoise::Read,
+                "fourier" => named.data = Data::Excitation,
+                "places" => named.data = Data::PickAndPlace,
+                "slow" => named.data = Data::Slow,
+                _ => return None,
+            }
+        }
+        Some(named)
     }
 }
 
@@ -253,13 +273,20 @@ fn recorded(
     let mut noise = Noise::default()
         .with(Quantity::MotorPosition, 0.3 * case.conditions.motor_step, case.conditions.motor_step)
         .with(Quantity::JointPosition, 0.3 * LINK_STEP, LINK_STEP);
-    for quantity in [Quantity::MotorTorque, Quantity::JointTorque] {
-        noise.sensors.extend(arm.torque_noise.iter().enumerate().map(|(dof, &std)| SensorNoise {
+    let of_torque = |quantity| {
+        let of_joint = move |(dof, &std): (usize, &f64)| SensorNoise {
             quantity,
             joint: Some(case.model.model.dof_name(dof).to_owned()),
             std: std * case.conditions.torque_noise,
             resolution: 0.0,
-        }));
+        };
+        arm.torque_noise.iter().enumerate().map(of_joint)
+    };
+    noise.sensors.extend(of_torque(Quantity::JointTorque));
+    let mut read = Vec::new();
+    match case.conditions.torque_noise_is {
+        TorqueNoise::Acting => noise.sensors.extend(of_torque(Quantity::MotorTorque)),
+        TorqueNoise::Read => read.extend(of_torque(Quantity::MotorTorque)),
     }
     motions
         .into_iter()
@@ -280,6 +307,9 @@ fn recorded(
             let mut controller = Controller::new(&feed_forward, &feed_forward.parameters(), reference, 20.0);
             let mut run = simulate(&truth, &parameters, &mut controller, &options)?.run;
             run.name = format!("run_{k}");
+            if case.conditions.torque_noise_is == TorqueNoise::Read {
+                read_with_noise(&mut run, &read, options.seed);
+            }
             thin(&mut run, case.conditions.every);
             if case.conditions.sensors == Sensors::Current {
                 told_by_current(&mut run);
@@ -290,6 +320,18 @@ fn recorded(
             Ok(run)
         })
         .collect()
+}
+
+// Torques that acted as they are, read with noise.
+fn read_with_noise(run: &mut Run, read: &[SensorNoise], seed: u64) {
+    for signal in run.signals.iter_mut().filter(|s| s.quantity == Quantity::MotorTorque) {
+        let is_its = |noise: &&SensorNoise| noise.joint.as_ref() == Some(&signal.place);
+        let Some(noise) = read.iter().find(is_its) else { continue };
+        let random = Stream::new(seed, &format!("read.{}", signal.place));
+        let readings = signal.values.iter_mut().zip(0..);
+        readings.for_each(|(x, k)| *x += noise.std * random.normal(k));
+        signal.std = Some(noise.std);
+    }
 }
 
 // Torque constant of every joint, seen behind its gear, N·m/A.

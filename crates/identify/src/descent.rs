@@ -1,5 +1,8 @@
 //! The descent of a candidate from its screened strengths to its minimum.
 
+use std::f64::consts::SQRT_2;
+use std::ops::RangeInclusive;
+
 use sinew_effect::{Act, Role, SWING_FREQUENCY};
 use sinew_model::Place;
 
@@ -53,10 +56,12 @@ const ROUNDING: f64 = 1e-12;
 pub(crate) const VALLEY: f64 = 30.0;
 const KEPT: f64 = 0.5;
 const MOST: f64 = 0.5;
-// Factors on a screened strength that are tried about the base, and about what is stated: a base that was bent to swing as the log does
-// says little of how strong a spring is that makes the links swing so.
-const STRENGTHS: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
-const STATED_STRENGTHS: [f64; 9] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
+// Powers of √2 by which a screened strength is multiplied, about the base and about what is stated: a base that was bent to swing as the
+// log does says little of how strong a spring is that makes the links swing so.
+const STRENGTHS: RangeInclusive<i32> = -4..=4;
+const STATED_STRENGTHS: RangeInclusive<i32> = -4..=12;
+// Powers of ⁸√2 about the lowest of these: links swing in time with the log for a tenth of a spring's strength.
+const NEIGHBOURS: [i32; 6] = [-3, -2, -1, 1, 2, 3];
 
 impl<'a> Descent<'a> {
     /// At the screened strengths.
@@ -114,23 +119,36 @@ impl<'a> Descent<'a> {
         }
         let mut stated = self.model.p.clone();
         straighten(&self.base.model.unknowns, &mut stated);
-        let scaled = |p: &Vec<f64>, factor: f64| {
-            let mut p = p.clone();
-            for unknown in self.own.iter().map(|&k| &self.model.unknowns[k]).filter(|u| !u.shape) {
-                p[unknown.position] *= factor;
+        for (p, powers) in [(self.model.p.clone(), STRENGTHS), (stated, STATED_STRENGTHS)] {
+            let scaled = |factor| self.scaled(&p, factor);
+            let Some((objective, best)) = self.lowest(powers.map(|k| scaled(SQRT_2.powi(k))).collect())
+            else {
+                continue;
+            };
+            let finer = NEIGHBOURS.iter().map(|&k| self.scaled(&best, 2f64.powf(f64::from(k) / 8.0)));
+            let finer = self.lowest(finer.collect());
+            let (objective, best) = finer.filter(|(o, _)| *o < objective).unwrap_or((objective, best));
+            if objective < self.best {
+                self.model.p.clone_from(&best);
+                self.start = best;
+                self.settle();
             }
-            p
-        };
-        let about_base = STRENGTHS.iter().map(|&s| scaled(&self.model.p, s));
-        let sets: Vec<Vec<f64>> =
-            about_base.chain(STATED_STRENGTHS.iter().map(|&s| scaled(&stated, s))).collect();
-        let objectives = self.model.objectives(&self.problem, self.whitener, &sets);
-        let best = (0..sets.len()).min_by(|&a, &b| objectives[a].total_cmp(&objectives[b]));
-        if let Some(best) = best.filter(|&k| objectives[k] < self.best) {
-            self.model.p.clone_from(&sets[best]);
-            self.start.clone_from(&sets[best]);
-            self.settle();
         }
+    }
+
+    // Parameters with the candidate's strengths so many times as large.
+    fn scaled(&self, p: &[f64], factor: f64) -> Vec<f64> {
+        let mut p = p.to_vec();
+        for unknown in self.own.iter().map(|&k| &self.model.unknowns[k]).filter(|u| !u.shape) {
+            p[unknown.position] *= factor;
+        }
+        p
+    }
+
+    // Which parameters of several leave least, and that.
+    fn lowest(&self, sets: Vec<Vec<f64>>) -> Option<(f64, Vec<f64>)> {
+        let objectives = self.model.objectives(&self.problem, self.whitener, &sets);
+        objectives.into_iter().zip(sets).min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     /// What the inertia of links was bent to imitate is a body's: where much is left, goes to where links, or all parameters, are as

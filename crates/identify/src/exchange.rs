@@ -18,7 +18,7 @@ use crate::gates::z_between;
 use crate::innovation::Reference;
 use crate::problem::{Candidate, Problem, refine};
 use crate::refit::{Fitted, Refit};
-use crate::residual::Layout;
+use crate::residual::{Layout, Samples};
 use crate::search::{Accepted, Search, State, TIE_CHI, TIE_Z};
 use crate::settle::Led;
 use crate::trial::{How, Trial};
@@ -242,23 +242,8 @@ fn drives_compared(
         let smoothed = if of_the_other > lag { smoothed() } else { None };
         smoothed.map_or(of.misfit(), |smoothed| smoothed.min(of.misfit()))
     };
-    let replaced = &state.accepted[k];
     let fall = lowest(&own, lag_of_own, lag_of_other) - lowest(&other, lag_of_other, lag_of_own);
-    let fall = fall / replaced.evidence.temper;
-    if other.is_finite() && fall > CHANCE {
-        let mut other = search.settled_led(other, accepted)?;
-        if let Some(entry) = other.accepted.last_mut() {
-            entry.rivals.push((replaced.trial.clone(), fall));
-        }
-        return Ok(Compared::Better(Box::new(other), fall));
-    }
-    let tied = Some((-fall).max(0.0)).filter(|distance| *distance < TIE_CHI);
-    if own.is_finite() && is_better_driven(search, state, &own) {
-        let own = search.settled_led(own, state.accepted.clone())?;
-        return Ok(Compared::Itself(Box::new(own), tied));
-    }
-    state.reference.iter().for_each(|reference| search.problem.form.adopt(reference));
-    Ok(tied.map_or(Compared::Worse, Compared::Tied))
+    told_by(search, state, k, fall / state.accepted[k].evidence.temper, (other, accepted), Some(own))
 }
 
 // True if the noise of the logged torques is one of their readings and does not act: with a dead time all of it is missing in the
@@ -274,14 +259,14 @@ fn is_noise_of_readings(search: &Search, own: &Led, other: &Led) -> bool {
     let is_read = |(joint, dof): (usize, usize)| {
         let time = drives[1][dof].lag;
         let (Some(all), Some(left)) = (noise(delayed, joint), noise(lagging, joint)) else { return false };
-        let is_all = (1.0 / AS_READ..AS_READ).contains(&(all / read[joint]));
+        let is_all = (1.0 / ALL_READ..ALL_READ).contains(&(all / read[joint]));
         time > drives[0][dof].lag && is_all && left > read[joint] * (step / (2.0 * time)).sqrt()
     };
     !read.is_empty() && search.sensors.moving().enumerate().any(is_read)
 }
 
 // How close noise is to what was read that is all of it.
-const AS_READ: f64 = 1.15;
+const ALL_READ: f64 = 1.15;
 
 // Two drives that are late in different ways under torques of which the noise does not act, in the samples whose rows count: where a
 // motor creeps, friction tells as much of a drive as its time does. What the models foretell passes the drives. All of the logged
@@ -294,34 +279,56 @@ fn compared_as_read(
     [own, other]: [&Led; 2],
     accepted: Vec<Accepted>,
 ) -> Result<Compared, IdentifyError> {
+    let in_rows = |model: &Candidate, reference: Option<&Arc<Reference>>| {
+        reference.and_then(|about| search.misfit_of(Samples::OfRows, model, about, &about.torque_noise))
+    };
     let longest = lag(&own.model).max(lag(&other.model));
     let lowest = |led: &Led| {
         let smoothed = |share: &f64| {
             let driven = search.reference_driven(&led.model, led.reference.as_ref(), share * longest);
-            search.misfit_of_rows(&led.model, driven.as_ref())
+            in_rows(&led.model, driven.as_ref())
         };
         SMOOTHED.iter().filter_map(smoothed).reduce(f64::min)
     };
-    let before = search.misfit_of_rows(&state.fitted.model, state.reference.as_ref());
-    let after = search.misfit_of_rows(&next.model, next.reference.as_ref());
-    state.reference.iter().for_each(|reference| search.problem.form.adopt(reference));
+    let before = in_rows(&state.fitted.model, state.reference.as_ref());
+    let after = in_rows(&next.model, next.reference.as_ref());
     let (Some((before, after)), Some((own, other))) = (before.zip(after), lowest(own).zip(lowest(other)))
     else {
+        state.reference.iter().for_each(|reference| search.problem.form.adopt(reference));
         return Ok(Compared::Worse);
     };
-    let replaced = &state.accepted[k];
-    let [foretold, smoothed] = [before - after, own - other].map(|fall| fall / replaced.evidence.temper);
+    let temper = state.accepted[k].evidence.temper;
+    let [foretold, smoothed] = [before - after, own - other].map(|fall| fall / temper);
     if foretold * smoothed < 0.0 && foretold.abs() < OUTWEIGHS * smoothed.abs() {
+        state.reference.iter().for_each(|reference| search.problem.form.adopt(reference));
         return Ok(Compared::Tied(0.0));
     }
-    if next.is_finite() && foretold > CHANCE {
-        let mut next = search.settled_led(next, accepted)?;
-        if let Some(entry) = next.accepted.last_mut() {
-            entry.rivals.push((replaced.trial.clone(), foretold));
+    told_by(search, state, k, foretold, (next, accepted), None)
+}
+
+// What follows where the log is by so much likelier with another drive: that in the place of the one that was accepted, which is its
+// rival then; else the accepted one as it was settled by itself, if that is better.
+fn told_by(
+    search: &Search,
+    state: &State,
+    k: usize,
+    fall: f64,
+    (other, accepted): (Led, Vec<Accepted>),
+    own: Option<Led>,
+) -> Result<Compared, IdentifyError> {
+    if other.is_finite() && fall > CHANCE {
+        let mut other = search.settled_led(other, accepted)?;
+        if let Some(entry) = other.accepted.last_mut() {
+            entry.rivals.push((state.accepted[k].trial.clone(), fall));
         }
-        return Ok(Compared::Better(Box::new(next), foretold));
+        return Ok(Compared::Better(Box::new(other), fall));
     }
-    let tied = Some((-foretold).max(0.0)).filter(|distance| *distance < TIE_CHI);
+    let tied = Some((-fall).max(0.0)).filter(|distance| *distance < TIE_CHI);
+    if let Some(own) = own.filter(|own| own.is_finite() && is_better_driven(search, state, own)) {
+        let own = search.settled_led(own, state.accepted.clone())?;
+        return Ok(Compared::Itself(Box::new(own), tied));
+    }
+    state.reference.iter().for_each(|reference| search.problem.form.adopt(reference));
     Ok(tied.map_or(Compared::Worse, Compared::Tied))
 }
 

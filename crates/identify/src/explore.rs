@@ -17,6 +17,7 @@ use crate::innovation::Reference;
 use crate::merge::merged;
 use crate::problem::{Candidate, Problem, refine};
 use crate::refit::{Fitted, Refit};
+use crate::residual::Samples;
 use crate::round::Round;
 use crate::search::{Accepted, Columns, Search, State};
 use crate::trial::{How, Trial};
@@ -285,18 +286,17 @@ fn taken_out_at_once(search: &Search, state: &State, round: &mut Round) -> Vec<(
 // Why a candidate near the noise makes the log no likelier about the motion that is there: the answer is that about a motion of
 // its own, which takes a hundred times as long.
 fn unlikely_at_once(search: &Search, state: &State, refit: &Refit) -> Option<String> {
-    let form = search.problem.form;
     let reference = state.reference.as_ref()?;
-    if form.layout().is_much(state.fitted.objective) || refit.evidence.is_relief() {
+    if search.problem.form.layout().is_much(state.fitted.objective) || refit.evidence.is_relief() {
         return None;
     }
     let (base, model) = (&state.fitted.model, &refit.fitted.model);
     let refused = |kept: f64| too_little_kept(kept, refit.evidence.data, "the present motion");
-    refused(reference.misfit() - form.misfit(reference, &reference.torque_noise, &model.plant, &model.p)?)?;
+    let misfit =
+        |samples, model: &Candidate| search.misfit_of(samples, model, reference, &reference.torque_noise);
+    refused(reference.misfit() - misfit(Samples::All, model)?)?;
     // Where a motor creeps, no row asked the fit for a friction that goes with the motion.
-    let noise = &reference.torque_noise;
-    let of_rows = |model: &Candidate| form.misfit_of_rows(reference, noise, &model.plant, &model.p);
-    refused(of_rows(base)? - of_rows(model)?)
+    refused(misfit(Samples::OfRows, base)? - misfit(Samples::OfRows, model)?)
 }
 
 /// Candidates of the last round, in which nothing passed, that make the log no likelier, each with the reason.

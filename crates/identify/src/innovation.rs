@@ -30,7 +30,7 @@ use sinew_plant::Plant;
 
 use crate::freedom::Springs;
 use crate::record::{Channel, Record, Reduction, Sensors};
-use crate::residual::{Grid, Layout, LoggedTorques, ResidualForm, Rows, Start, TRANSIENT};
+use crate::residual::{Grid, Layout, LoggedTorques, ResidualForm, Rows, Samples, Start, TRANSIENT};
 use crate::scale::Scales;
 use filter::Filters;
 pub(crate) use held::Held;
@@ -169,20 +169,14 @@ impl Innovation {
         Arc::clone(&self.reference.read().unwrap_or_else(PoisonError::into_inner))
     }
 
-    // Torque noise of every joint as it was read in the noisiest run.
-    fn noise_read(&self) -> impl Iterator<Item = f64> {
-        let read = |channel: usize| self.runs.iter().map(|run| run.noise[channel]).fold(0.0, f64::max);
-        self.joints.iter().map(move |joint| read(joint.torque))
-    }
-
     // Torque noise of every joint, at most as it was read: what a model leaves besides makes no velocity unsure.
     fn own_noise(&self, noise: &[f64]) -> Vec<f64> {
-        self.noise_read().zip(noise).map(|(read, n)| n.min(read)).collect()
+        self.read_noise().iter().zip(noise).map(|(read, n)| n.min(*read)).collect()
     }
 
     // True if torque noise of every joint is no more than was read.
     fn is_as_read(&self, noise: &[f64]) -> bool {
-        self.noise_read().zip(noise).all(|(read, n)| *n < AS_READ * read)
+        self.read_noise().iter().zip(noise).all(|(read, n)| *n < AS_READ * read)
     }
 
     // The joints of a group, without its hinges.
@@ -394,8 +388,8 @@ impl ResidualForm for Innovation {
         Rows { records: &records, ..self.rows(&now) }.residual(plant, p)
     }
     fn begin_as_read(&self, reference: &Reference) {
-        let as_read = |(read, left): (f64, &f64)| if read > 0.0 { left.min(read) } else { *left };
-        let noise = self.noise_read().zip(&reference.torque_noise).map(as_read).collect();
+        let as_read = |(read, left): (&f64, &f64)| if *read > 0.0 { left.min(*read) } else { *left };
+        let noise = self.read_noise().iter().zip(&reference.torque_noise).map(as_read).collect();
         self.begin_known(reference.torques, noise);
     }
     fn begin_anew(&self, torques: LoggedTorques) {
@@ -403,22 +397,20 @@ impl ResidualForm for Innovation {
         let (motions, torque_noise) = (now.motions.clone(), now.torque_noise.clone());
         self.adopt(&Arc::new(Reference { torques, motions, torque_noise, ..Reference::default() }));
     }
-    fn misfit(&self, about: &Reference, torque_noise: &[f64], plant: &Plant, p: &[f64]) -> Option<f64> {
-        let pass = Pass::new(self, about.motions.clone(), about.torques, plant, p);
-        Some(pass.misfits(torque_noise).sum())
-    }
-    fn misfit_of_rows(
+    fn misfit(
         &self,
+        samples: Samples,
         about: &Reference,
         torque_noise: &[f64],
         plant: &Plant,
         p: &[f64],
     ) -> Option<f64> {
         let pass = Pass::new(self, about.motions.clone(), about.torques, plant, p);
-        Some(pass.misfit_of_rows(torque_noise))
+        Some(pass.misfits_of(samples, torque_noise).sum())
     }
     fn read_noise(&self) -> Vec<f64> {
-        self.noise_read().collect()
+        let read = |channel: usize| self.runs.iter().map(|run| run.noise[channel]).fold(0.0, f64::max);
+        self.joints.iter().map(|joint| read(joint.torque)).collect()
     }
     fn adopt(&self, reference: &Arc<Reference>) {
         *self.reference.write().unwrap_or_else(PoisonError::into_inner) = Arc::clone(reference);

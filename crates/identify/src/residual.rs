@@ -53,18 +53,16 @@ pub(crate) trait ResidualForm: Sync {
     fn begin_as_read(&self, _reference: &Reference) {}
     /// Comes back to a reference.
     fn adopt(&self, _reference: &Arc<Reference>) {}
-    /// Noise of the readings of motor torque of every joint that moves, as far as neighbouring samples tell it; empty where it is not asked.
+    /// Noise of the readings of motor torque of every joint that moves, in the noisiest run, as far as neighbouring samples tell it;
+    /// empty where it is not asked.
     fn read_noise(&self) -> Vec<f64> {
         Vec::new()
     }
-    /// −2 log likelihood of what was measured by a model about the motion of a reference, under torque noise of this size;
-    /// none where there is no reference.
-    fn misfit(&self, _about: &Reference, _torque_noise: &[f64], _plant: &Plant, _p: &[f64]) -> Option<f64> {
-        None
-    }
-    /// The same of the samples alone whose rows count.
-    fn misfit_of_rows(
+    /// −2 log likelihood of what was measured in these samples by a model about the motion of a reference, under torque noise of
+    /// this size; none where there is no reference.
+    fn misfit(
         &self,
+        _samples: Samples,
         _about: &Reference,
         _torque_noise: &[f64],
         _plant: &Plant,
@@ -104,6 +102,14 @@ pub(crate) enum Passing {
     Foretold,
     /// All of it, as the drive lets it, smoothed over a time before, s, with as much before an instant as after it.
     Whole { smoothed: f64 },
+}
+
+/// Samples of which a likelihood is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Samples {
+    All,
+    /// Those whose rows of motor torque count.
+    OfRows,
 }
 
 /// The motion that a new reference is led from.

@@ -8,7 +8,7 @@ use crate::innovation::Reference;
 use crate::least_squares::distance;
 use crate::problem::{Candidate, Linearised, objective, refine};
 use crate::refit::Fitted;
-use crate::residual::{LoggedTorques, Passing, Start};
+use crate::residual::{LoggedTorques, Passing, Samples, Start};
 use crate::search::{Accepted, Saturated, Search, State};
 
 // What each reference of a model is led from.
@@ -199,19 +199,29 @@ impl Search<'_> {
         if fall >= 0.0 {
             return Some(fall);
         }
-        let alike = self.problem.form.misfit(new, &old.torque_noise, &model.plant, &model.p)?;
+        let alike = self.misfit_of(Samples::All, model, new, &old.torque_noise)?;
         Some(fall.max(old.misfit() - alike))
     }
 
-    /// By how much −2 log likelihood falls from one state to another in the samples whose rows count: where a motor creeps, no row asks
-    /// a fit for a friction that goes with the motion.
+    /// By how much −2 log likelihood falls from one state to another in the samples whose rows count, under the noise of the first:
+    /// where a motor creeps, no row asks a fit for a friction that goes with the motion.
     pub fn fall_in_rows(&self, before: &State, after: &State) -> Option<f64> {
         let noise = &before.reference.as_ref()?.torque_noise;
         let misfit = |state: &State| {
-            let model = &state.fitted.model;
-            self.problem.form.misfit_of_rows(state.reference.as_ref()?, noise, &model.plant, &model.p)
+            self.misfit_of(Samples::OfRows, &state.fitted.model, state.reference.as_ref()?, noise)
         };
         Some(misfit(before)? - misfit(after)?)
+    }
+
+    /// −2 log likelihood of a model about a reference in these samples, under torque noise of this size.
+    pub fn misfit_of(
+        &self,
+        samples: Samples,
+        model: &Candidate,
+        about: &Reference,
+        torque_noise: &[f64],
+    ) -> Option<f64> {
+        self.problem.form.misfit(samples, about, torque_noise, &model.plant, &model.p)
     }
 
     /// A reference of a model led from its own with the whole of the logged torques passing the drives, smoothed over a time before, s;
@@ -241,12 +251,6 @@ impl Search<'_> {
         smoothed: f64,
     ) -> Option<f64> {
         self.reference_driven(model, reference, smoothed).map(|driven| driven.misfit())
-    }
-
-    /// −2 log likelihood of a model about a reference, in the samples whose rows count.
-    pub fn misfit_of_rows(&self, model: &Candidate, reference: Option<&Arc<Reference>>) -> Option<f64> {
-        let reference = reference?;
-        self.problem.form.misfit_of_rows(reference, &reference.torque_noise, &model.plant, &model.p)
     }
 
     /// A model with its reference led once more in rows of what is left if the whole of the logged torques passes its drives.
@@ -584,7 +588,7 @@ mod tests {
         let without = |left_out: Range<usize>| {
             let mut form = form();
             form.leave_out_rows(left_out);
-            form.misfit_of_rows(&reference, &reference.torque_noise, &model.plant, &model.p).unwrap()
+            form.misfit(Samples::OfRows, &reference, &reference.torque_noise, &model.plant, &model.p).unwrap()
         };
         let [all, last, first] = [0..0, 0..rows / 2, rows / 2..rows].map(without);
         assert!((first + last - all).abs() < 1e-9 * all.abs() && first != last, "{first} + {last} ≠ {all}");

@@ -19,7 +19,7 @@ use super::system::System;
 use crate::freedom::{Freedom, Links, Springs};
 use crate::imposed::predict;
 use crate::record::{Record, Reduction};
-use crate::residual::{LoggedTorques, Passing};
+use crate::residual::{LoggedTorques, Passing, Samples};
 use crate::series::{balanced, delivered, driven, whole_samples};
 
 // Shares of the way that are tried, each half of the one before, and what −2 log likelihood may rise by a sample.
@@ -182,7 +182,7 @@ impl<'a> Pass<'a> {
         let smoothed = self.of_each_group(noise, |kalman, run| {
             let with_speed_noise = self.form.runs[run].asks_speed_noise();
             let input = |joint, k| self.input(run, joint, k);
-            self.summed(&kalman, run, |told| kalman.smoothed(with_speed_noise, input, told))
+            self.summed(&kalman, run, Samples::All, |told| kalman.smoothed(with_speed_noise, input, told))
         });
         let (smoothed, misfits): (Vec<Vec<_>>, Vec<Vec<_>>) =
             smoothed.into_iter().map(|groups| groups.into_iter().unzip()).unzip();
@@ -208,17 +208,24 @@ impl<'a> Pass<'a> {
         (motions, Misfits(misfits))
     }
 
-    // What `work` gives, and the likelihood that it tells of every joint of a group in a run.
+    // What `work` gives, and the likelihood that it tells of every joint of a group in a run; hinges have no rows.
     fn summed<T>(
         &self,
         kalman: &Kalman,
         run: usize,
+        samples: Samples,
         work: impl FnOnce(&mut dyn FnMut(usize, usize, Told)) -> T,
     ) -> (T, Vec<Tally>) {
         let joints = self.form.joints_of(&kalman.group);
         let (first, mut tallies) = (joints.start, vec![Tally::default(); joints.len()]);
+        let every = self.records[run].scales.every;
+        let kept: Vec<&[bool]> = match samples {
+            Samples::All => Vec::new(),
+            Samples::OfRows => joints.clone().map(|joint| self.rows_kept(run, joint)).collect(),
+        };
+        let is_kept = |joint: usize, k: usize| kept[joint - first].get(k / every) == Some(&true);
         let found = work(&mut |joint, k, told: Told| {
-            if self.counts(run, k) {
+            if self.counts(run, k) && (samples == Samples::All || is_kept(joint, k)) {
                 let tally = &mut tallies[joint - first];
                 tally.misfit += told.misfit;
                 tally.square += told.square;
@@ -272,37 +279,23 @@ impl<'a> Pass<'a> {
 
     /// −2 log likelihood of what was measured.
     pub fn misfits(&self, noise: &[f64]) -> Misfits {
+        self.misfits_of(Samples::All, noise)
+    }
+
+    /// The same of these samples.
+    pub fn misfits_of(&self, samples: Samples, noise: &[f64]) -> Misfits {
         let misfits = self.of_each_group(noise, |kalman, run| {
             let input = |joint, k| self.input(run, joint, k);
-            self.summed(&kalman, run, |told| kalman.misfit(usize::MAX, input, told)).1
+            self.summed(&kalman, run, samples, |told| kalman.misfit(usize::MAX, input, told)).1
         });
         Misfits(misfits.into_iter().map(|groups| groups.concat()).collect())
     }
 
-    /// The same in all of the samples whose rows of motor torque count.
-    pub fn misfit_of_rows(&self, noise: &[f64]) -> f64 {
-        let misfits = self.of_each_group(noise, |kalman, run| {
-            let input = |joint, k| self.input(run, joint, k);
-            let mut misfit = 0.0;
-            kalman.misfit(usize::MAX, input, |joint, k, told| {
-                if self.counts(run, k) && self.row_counts(run, joint, k) {
-                    misfit += told.misfit;
-                }
-            });
-            misfit
-        });
-        misfits.into_iter().flatten().sum()
-    }
-
-    // True if the row of motor torque counts in which a sample of a joint is; hinges have no rows.
-    fn row_counts(&self, run: usize, joint: usize, k: usize) -> bool {
-        let Some(channels) = self.form.joints.get(joint) else { return false };
+    // Which rows of a joint's motor torque in a run count.
+    fn rows_kept(&self, run: usize, joint: usize) -> &[bool] {
         let layout = &self.form.layout;
-        let segment = layout.of_channel(channels.torque).nth(run);
-        segment.is_some_and(|s| {
-            let row = k / self.records[run].scales.every;
-            row < s.len && layout.keep[s.first + row]
-        })
+        let segment = layout.of_channel(self.form.joints[joint].torque).nth(run);
+        segment.map_or(&[], |s| &layout.keep[s.first..s.first + s.len])
     }
 
     /// Joints and hinges whose covariance is carried along together: all that may be, since the torque noise of one moves the others.
