@@ -10,13 +10,14 @@ use sinew_model::EffectSpec;
 use sinew_plant::{Dynamics, LinkState};
 
 use crate::IdentifyError;
+use crate::colour::Whitener;
 use crate::explore::{
     CHANCE, Rung, Unseen, WORSE, accepted_without, error, evidence_between, fall_between, is_likelier, rung,
     without,
 };
 use crate::gates::z_between;
 use crate::innovation::Reference;
-use crate::problem::{Candidate, Problem, refine};
+use crate::problem::{Candidate, Problem, objective, refine};
 use crate::refit::{Fitted, Refit};
 use crate::residual::{Layout, Samples};
 use crate::search::{Accepted, Search, State, TIE_CHI, TIE_Z};
@@ -158,10 +159,11 @@ fn compared(
     let effect = with.model.specs.len() - 1;
     let (rivals, others) = (Vec::new(), Vec::new());
     accepted.push(Accepted { trial: other.trial.clone(), effect, evidence, rivals, others });
-    let next = search.led_anew(with.model, |model| search.descended(model, whitener), false)?;
     if are_late {
+        let next = search.led_as_held(with.model, whitener)?;
         return drives_compared(search, state, k, next, accepted);
     }
+    let next = search.led_anew(with.model, |model| search.descended(model, whitener), false)?;
     let is_unlikelier = fall_between(reference, next.reference.as_ref()).is_some_and(|fall| fall <= CHANCE);
     if !is_unlikelier {
         let next = search.settled_led(next, accepted)?;
@@ -243,7 +245,7 @@ fn drives_compared(
         smoothed.map_or(of.misfit(), |smoothed| smoothed.min(of.misfit()))
     };
     let fall = lowest(&own, lag_of_own, lag_of_other) - lowest(&other, lag_of_other, lag_of_own);
-    told_by(search, state, k, fall / state.accepted[k].evidence.temper, (other, accepted), Some(own))
+    concluded(search, state, k, fall / state.accepted[k].evidence.temper, (other, accepted), Some(own))
 }
 
 // True if the noise of the logged torques is one of their readings and does not act: with a dead time all of it is missing in the
@@ -269,8 +271,10 @@ fn is_noise_of_readings(search: &Search, own: &Led, other: &Led) -> bool {
 const ALL_READ: f64 = 1.15;
 
 // Two drives that are late in different ways under torques of which the noise does not act, in the samples whose rows count: where a
-// motor creeps, friction tells as much of a drive as its time does. What the models foretell passes the drives. All of the logged
-// torques besides, smoothed as far as the log is likeliest with either drive, must not tell the contrary: a log that does tells neither.
+// motor creeps, friction tells as much of a drive as its time does. What the models foretell passes the drives. Two more must not tell
+// the contrary, or neither is told: all of the logged torques besides, smoothed as far as the log is likeliest with either drive, and
+// the imposed residual, for which noise is one of readings. Where a motion tells little, a lag is likelier in the first two by as much
+// as a smoother leaves of that noise in what it foretells.
 fn compared_as_read(
     search: &Search,
     state: &State,
@@ -290,25 +294,62 @@ fn compared_as_read(
         };
         SMOOTHED.iter().filter_map(smoothed).reduce(f64::min)
     };
+    // A fit that the model without it led astray may not find back: another begins where the drives had all of the torques.
+    let own_next = search.led_foretold(own, &state.whitener)?;
+    let next = next.or_likelier(search.led_foretold(other, &state.whitener)?);
+    let in_rows_of = |led: &Led| in_rows(&led.model, led.reference.as_ref());
     let before = in_rows(&state.fitted.model, state.reference.as_ref());
-    let after = in_rows(&next.model, next.reference.as_ref());
-    let (Some((before, after)), Some((own, other))) = (before.zip(after), lowest(own).zip(lowest(other)))
-    else {
-        state.reference.iter().for_each(|reference| search.problem.form.adopt(reference));
-        return Ok(Compared::Worse);
-    };
-    let temper = state.accepted[k].evidence.temper;
-    let [foretold, smoothed] = [before - after, own - other].map(|fall| fall / temper);
-    if foretold * smoothed < 0.0 && foretold.abs() < OUTWEIGHS * smoothed.abs() {
-        state.reference.iter().for_each(|reference| search.problem.form.adopt(reference));
-        return Ok(Compared::Tied(0.0));
+    let before = [before, in_rows_of(&own_next)].into_iter().flatten().reduce(f64::min);
+    let after = in_rows_of(&next);
+    let fall = |(before, after): (f64, f64)| (before - after) / state.accepted[k].evidence.temper;
+    let foretold = before.zip(after).map(fall);
+    // None where a drive needs torques of moments.
+    let smoothed = lowest(own).zip(lowest(other)).map(fall);
+    let imposed = imposed_objectives(search, &state.fitted.model, &next.model).map(fall);
+    state.reference.iter().for_each(|reference| search.problem.form.adopt(reference));
+    match foretold.and_then(|foretold| least_told(foretold, smoothed, imposed)) {
+        None => Ok(Compared::Tied(0.0)),
+        Some(fall) => concluded(search, state, k, fall, (next, accepted), None),
     }
-    told_by(search, state, k, foretold, (next, accepted), None)
+}
+
+// The smaller of what is foretold and what the imposed residual tells; none where one tells the contrary, or torques that are smoothed
+// do by a quarter of what is foretold or more.
+fn least_told(foretold: f64, smoothed: Option<f64>, imposed: Option<f64>) -> Option<f64> {
+    let [smoothed, imposed] = [smoothed, imposed].map(|told| told.unwrap_or(foretold));
+    let are_contrary = foretold * imposed <= 0.0
+        || (foretold * smoothed < 0.0 && foretold.abs() < OUTWEIGHS * smoothed.abs());
+    (!are_contrary).then(|| foretold.abs().min(imposed.abs()).copysign(foretold))
+}
+
+// The objectives of two models in the rows of the imposed residual, each fitted there, under the noise that one of them leaves, for which
+// they differ less; none where these rows are not known.
+fn imposed_objectives(search: &Search, one: &Candidate, other: &Candidate) -> Option<(f64, f64)> {
+    let asked = search.yardstick();
+    let (problem, layout) = (asked.problem, asked.problem.form.layout());
+    if problem.form.is_white() {
+        return None;
+    }
+    let fitted = |model: &Candidate| {
+        let mut model = model.again(problem).ok()?;
+        let at = model.linearise(problem);
+        let noise = asked.noise(&model, &at.residual, &at.slices());
+        let at = refine(problem, &mut model, &noise, at, 6);
+        Some((model, at.residual, noise))
+    };
+    let (one, other) = (fitted(one)?, fitted(other)?);
+    let under = |noise: &Whitener| {
+        let [one, other] =
+            [&one, &other].map(|(m, residual, _)| objective(&noise.apply(layout, residual), m));
+        (one, other)
+    };
+    let fall = |(one, other): &(f64, f64)| (one - other).abs();
+    [under(&one.2), under(&other.2)].into_iter().min_by(|a, b| fall(a).total_cmp(&fall(b)))
 }
 
 // What follows where the log is by so much likelier with another drive: that in the place of the one that was accepted, which is its
 // rival then; else the accepted one as it was settled by itself, if that is better.
-fn told_by(
+fn concluded(
     search: &Search,
     state: &State,
     k: usize,
@@ -333,7 +374,7 @@ fn told_by(
 }
 
 // Times over which torques are smoothed, in lags, and how much larger a fall is that holds against its contrary.
-const SMOOTHED: [f64; 5] = [0.35, 0.5, 0.7, 1.0, 1.2];
+const SMOOTHED: [f64; 6] = [0.35, 0.5, 0.7, 1.0, 1.4, 2.0];
 const OUTWEIGHS: f64 = 4.0;
 
 // The largest lag of a model's drives at rest, s.
@@ -384,3 +425,18 @@ const NEAR: f64 = 0.7;
 // What leaves more times as much beside the rest, about the motion that is there, leaves more about one of its own, too.
 const REACH: f64 = 2.0;
 const MOST: usize = 3;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_drive_is_told_by_the_least_of_what_agrees() {
+        assert_eq!(least_told(-100.0, Some(-50.0), Some(-30.0)), Some(-30.0));
+        // Smoothed torques may tell the contrary by less than a quarter.
+        assert_eq!(least_told(100.0, Some(-20.0), Some(200.0)), Some(100.0));
+        assert_eq!(least_told(100.0, Some(-30.0), Some(200.0)), None);
+        assert_eq!(least_told(100.0, Some(300.0), Some(-1.0)), None);
+        assert_eq!(least_told(100.0, None, None), Some(100.0));
+    }
+}

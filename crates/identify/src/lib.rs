@@ -13,6 +13,7 @@ mod colour;
 mod comparison;
 mod descent;
 mod diagnosis;
+mod driven;
 mod episode;
 mod equations;
 mod error;

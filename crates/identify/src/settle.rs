@@ -8,12 +8,12 @@ use crate::innovation::Reference;
 use crate::least_squares::distance;
 use crate::problem::{Candidate, Linearised, objective, refine};
 use crate::refit::Fitted;
-use crate::residual::{LoggedTorques, Passing, Samples, Start};
+use crate::residual::{LoggedTorques, Samples, Start};
 use crate::search::{Accepted, Saturated, Search, State};
 
 // What each reference of a model is led from.
 pub(crate) const RENEWALS: [Start; 3] = [Start::Kernel, Start::Reference, Start::Reference];
-const ONCE_MORE: [Start; 2] = [Start::Reference; 2];
+pub(crate) const ONCE_MORE: [Start; 2] = [Start::Reference; 2];
 // About a motion that is settled for nearly the same values, or with a noise that is known.
 const ONCE: [Start; 1] = [Start::Reference];
 const AS_IT_IS: [Start; 1] = [Start::Same];
@@ -57,8 +57,8 @@ impl Led {
         self.misfit().is_finite() && self.at.is_finite()
     }
 
-    // The other one, if the log is likelier about it, or this one could not be followed.
-    fn or_likelier(self, other: Self) -> Self {
+    /// The other one, if the log is likelier about it, or this one could not be followed.
+    pub fn or_likelier(self, other: Self) -> Self {
         let is_likelier = other.misfit() < self.misfit() || !self.is_finite();
         if is_likelier && other.is_finite() { other } else { self }
     }
@@ -123,8 +123,8 @@ impl Search<'_> {
         Ok(self.present(model, at))
     }
 
-    // A model about the present reference.
-    fn present(&self, model: Candidate, at: Linearised) -> Led {
+    /// A model about the present reference.
+    pub fn present(&self, model: Candidate, at: Linearised) -> Led {
         Led { model, at, reference: self.problem.form.reference() }
     }
 
@@ -222,76 +222,6 @@ impl Search<'_> {
         torque_noise: &[f64],
     ) -> Option<f64> {
         self.problem.form.misfit(samples, about, torque_noise, &model.plant, &model.p)
-    }
-
-    /// A reference of a model led from its own with the whole of the logged torques passing the drives, smoothed over a time before, s;
-    /// none where there is none, and of torques of moments, of which nothing is known in between.
-    pub fn reference_driven(
-        &self,
-        model: &Candidate,
-        reference: Option<&Arc<Reference>>,
-        smoothed: f64,
-    ) -> Option<Arc<Reference>> {
-        let form = self.problem.form;
-        let own = reference.filter(|reference| reference.torques.early == 0.0)?;
-        let present = form.reference();
-        form.adopt(own);
-        form.begin_anew(LoggedTorques { passing: Passing::Whole { smoothed }, ..own.torques });
-        form.renew(&model.plant, &model.p, Start::Reference);
-        let driven = form.reference();
-        present.iter().for_each(|reference| form.adopt(reference));
-        driven
-    }
-
-    /// −2 log likelihood about it.
-    pub fn misfit_driven(
-        &self,
-        model: &Candidate,
-        reference: Option<&Arc<Reference>>,
-        smoothed: f64,
-    ) -> Option<f64> {
-        self.reference_driven(model, reference, smoothed).map(|driven| driven.misfit())
-    }
-
-    /// A model with its reference led once more in rows of what is left if the whole of the logged torques passes its drives.
-    pub fn led_driven(
-        &self,
-        model: &Candidate,
-        reference: Option<&Arc<Reference>>,
-        whitener: &Whitener,
-    ) -> Result<Led, IdentifyError> {
-        // A motion that the model without it has made rough may lead astray, and so may a smooth one.
-        let first = self.led_driven_from(&ONCE_MORE, model, reference, whitener)?;
-        let second = self.led_driven_from(&RENEWALS, model, reference, whitener)?;
-        Ok(first.or_likelier(second))
-    }
-
-    /// The same of a model that was led so, from the motion of another, if that makes the log likelier.
-    pub fn led_driven_beside(
-        &self,
-        own: Led,
-        other: &Led,
-        whitener: &Whitener,
-    ) -> Result<Led, IdentifyError> {
-        let from = self.led_driven_from(&ONCE_MORE, &own.model, other.reference.as_ref(), whitener)?;
-        Ok(own.or_likelier(from))
-    }
-
-    fn led_driven_from(
-        &self,
-        starts: &[Start],
-        model: &Candidate,
-        reference: Option<&Arc<Reference>>,
-        whitener: &Whitener,
-    ) -> Result<Led, IdentifyError> {
-        let form = self.problem.form;
-        let mut model = model.again(self.problem)?;
-        if let Some(own) = reference {
-            form.adopt(own);
-            form.begin_anew(LoggedTorques { passing: Passing::Whole { smoothed: 0.0 }, ..own.torques });
-        }
-        let at = self.led(&mut model, starts, |model| self.descended(model, whitener), false);
-        Ok(self.present(model, at))
     }
 
     /// A model led about references of its own from each of `starts`; where there is none, by `descend`.
