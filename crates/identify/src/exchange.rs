@@ -245,7 +245,32 @@ fn drives_compared(
         smoothed.map_or(of.misfit(), |smoothed| smoothed.min(of.misfit()))
     };
     let fall = lowest(&own, lag_of_own, lag_of_other) - lowest(&other, lag_of_other, lag_of_own);
-    concluded(search, state, k, fall / state.accepted[k].evidence.temper, (other, accepted), Some(own))
+    let fall = fall / state.accepted[k].evidence.temper;
+    if other.is_finite() && fall > CHANCE {
+        return in_its_place(search, &state.accepted[k], fall, fall, (other, accepted));
+    }
+    let tied = Some((-fall).max(0.0)).filter(|distance| *distance < TIE_CHI);
+    if own.is_finite() && is_better_driven(search, state, &own) {
+        let own = search.settled_led(own, state.accepted.clone())?;
+        return Ok(Compared::Itself(Box::new(own), tied));
+    }
+    state.reference.iter().for_each(|reference| search.problem.form.adopt(reference));
+    Ok(tied.map_or(Compared::Worse, Compared::Tied))
+}
+
+// A drive in the place of another that explains so much less, which becomes its rival at this distance.
+fn in_its_place(
+    search: &Search,
+    replaced: &Accepted,
+    gain: f64,
+    distance: f64,
+    (other, accepted): (Led, Vec<Accepted>),
+) -> Result<Compared, IdentifyError> {
+    let mut other = search.settled_led(other, accepted)?;
+    if let Some(entry) = other.accepted.last_mut() {
+        entry.rivals.push((replaced.trial.clone(), distance));
+    }
+    Ok(Compared::Better(Box::new(other), gain))
 }
 
 // True if the noise of the logged torques is one of their readings and does not act: with a dead time all of it is missing in the
@@ -274,7 +299,7 @@ const ALL_READ: f64 = 1.15;
 // motor creeps, friction tells as much of a drive as its time does. What the models foretell passes the drives. Two more must not tell
 // the contrary, or neither is told: all of the logged torques besides, smoothed as far as the log is likeliest with either drive, and
 // the imposed residual, for which noise is one of readings. Where a motion tells little, a lag is likelier in the first two by as much
-// as a smoother leaves of that noise in what it foretells.
+// as a smoother leaves of that noise in what it foretells; so of two that are not told apart the first is that of the imposed residual.
 fn compared_as_read(
     search: &Search,
     state: &State,
@@ -307,10 +332,16 @@ fn compared_as_read(
     let smoothed = lowest(own).zip(lowest(other)).map(fall);
     let imposed = imposed_objectives(search, &state.fitted.model, &next.model).map(fall);
     state.reference.iter().for_each(|reference| search.problem.form.adopt(reference));
-    match foretold.and_then(|foretold| least_told(foretold, smoothed, imposed)) {
-        None => Ok(Compared::Tied(0.0)),
-        Some(fall) => concluded(search, state, k, fall, (next, accepted), None),
+    let Some(foretold) = foretold else { return Ok(Compared::Worse) };
+    let told = least_told(foretold, smoothed, imposed);
+    let distance = told.map_or(0.0, f64::abs);
+    // The imposed residual takes no noise for a motion.
+    let is_other = imposed.map_or_else(|| told.is_some_and(|fall| fall > CHANCE), |fall| fall > 0.0);
+    if next.is_finite() && is_other {
+        let gain = imposed.unwrap_or(foretold);
+        return in_its_place(search, &state.accepted[k], gain, distance, (next, accepted));
     }
+    Ok(if distance < TIE_CHI { Compared::Tied(distance) } else { Compared::Worse })
 }
 
 // The smaller of what is foretold and what the imposed residual tells; none where one tells the contrary, or torques that are smoothed
@@ -345,32 +376,6 @@ fn imposed_objectives(search: &Search, one: &Candidate, other: &Candidate) -> Op
     };
     let fall = |(one, other): &(f64, f64)| (one - other).abs();
     [under(&one.2), under(&other.2)].into_iter().min_by(|a, b| fall(a).total_cmp(&fall(b)))
-}
-
-// What follows where the log is by so much likelier with another drive: that in the place of the one that was accepted, which is its
-// rival then; else the accepted one as it was settled by itself, if that is better.
-fn concluded(
-    search: &Search,
-    state: &State,
-    k: usize,
-    fall: f64,
-    (other, accepted): (Led, Vec<Accepted>),
-    own: Option<Led>,
-) -> Result<Compared, IdentifyError> {
-    if other.is_finite() && fall > CHANCE {
-        let mut other = search.settled_led(other, accepted)?;
-        if let Some(entry) = other.accepted.last_mut() {
-            entry.rivals.push((state.accepted[k].trial.clone(), fall));
-        }
-        return Ok(Compared::Better(Box::new(other), fall));
-    }
-    let tied = Some((-fall).max(0.0)).filter(|distance| *distance < TIE_CHI);
-    if let Some(own) = own.filter(|own| own.is_finite() && is_better_driven(search, state, own)) {
-        let own = search.settled_led(own, state.accepted.clone())?;
-        return Ok(Compared::Itself(Box::new(own), tied));
-    }
-    state.reference.iter().for_each(|reference| search.problem.form.adopt(reference));
-    Ok(tied.map_or(Compared::Worse, Compared::Tied))
 }
 
 // Times over which torques are smoothed, in lags, and how much larger a fall is that holds against its contrary.
