@@ -200,7 +200,8 @@ fn settled_itself(search: &Search, state: &State) -> Result<Option<State>, Ident
         return Ok(None);
     }
     let own = search.led_driven(&state.fitted.model, state.reference.as_ref(), &state.whitener)?;
-    if own.is_finite() && is_better_driven(search, state, &own) {
+    let is_of_readings = is_noise_of_readings(search, state.reference.as_ref(), &own);
+    if own.is_finite() && !is_of_readings && is_better_driven(search, state, &own) {
         return search.settled_led(own, state.accepted.clone()).map(Some);
     }
     state.reference.iter().for_each(|reference| search.problem.form.adopt(reference));
@@ -229,7 +230,9 @@ fn drives_compared(
     };
     let mut own = driven(&state.fitted.model, &state.reference)?;
     let mut other = driven(&next.model, &next.reference)?;
-    if is_noise_of_readings(search, &own, &other) {
+    let (delayed, lagging) =
+        if lag(&own.model) > lag(&other.model) { (&other, &own) } else { (&own, &other) };
+    if is_noise_of_readings(search, delayed.reference.as_ref(), lagging) {
         return compared_as_read(search, state, k, next, [&own, &other], accepted);
     }
     // Motions in valleys that lie apart, of other joints too, would be compared in place of the drives.
@@ -273,21 +276,19 @@ fn in_its_place(
     Ok(Compared::Better(Box::new(other), gain))
 }
 
-// True if the noise of the logged torques is one of their readings and does not act: with a dead time all of it is missing in the
-// motion, and with a lag no less than what a lag leaves of it.
+// True if the noise of the logged torques is one of their readings and does not act: where no drive takes it away all of it is missing in
+// the motion, and with a lag no less than what a lag leaves of it.
 //
 // σ_d ≈ σ_read,   σ_T ≥ σ_read √(h/2T)
-fn is_noise_of_readings(search: &Search, own: &Led, other: &Led) -> bool {
+fn is_noise_of_readings(search: &Search, delayed: Option<&Arc<Reference>>, lagging: &Led) -> bool {
     let read = search.problem.form.read_noise();
     let step = search.problem.form.layout().period;
-    let (delayed, lagging) = if lag(&own.model) > lag(&other.model) { (other, own) } else { (own, other) };
-    let noise = |led: &Led, joint: usize| led.reference.as_ref().map(|of| of.torque_noise[joint]);
-    let drives = [drives(&delayed.model), drives(&lagging.model)];
+    let (Some(all), Some(left)) = (delayed, &lagging.reference) else { return false };
+    let drives = drives(&lagging.model);
     let is_read = |(joint, dof): (usize, usize)| {
-        let time = drives[1][dof].lag;
-        let (Some(all), Some(left)) = (noise(delayed, joint), noise(lagging, joint)) else { return false };
-        let is_all = (1.0 / ALL_READ..ALL_READ).contains(&(all / read[joint]));
-        time > drives[0][dof].lag && is_all && left > read[joint] * (step / (2.0 * time)).sqrt()
+        let (time, read) = (drives[dof].lag, read[joint]);
+        let is_all = (1.0 / ALL_READ..ALL_READ).contains(&(all.torque_noise[joint] / read));
+        time > 0.0 && is_all && left.torque_noise[joint] > read * (step / (2.0 * time)).sqrt()
     };
     !read.is_empty() && search.sensors.moving().enumerate().any(is_read)
 }
@@ -341,7 +342,12 @@ fn compared_as_read(
         let gain = imposed.unwrap_or(foretold);
         return in_its_place(search, &state.accepted[k], gain, distance, (next, accepted));
     }
-    Ok(if distance < TIE_CHI { Compared::Tied(distance) } else { Compared::Worse })
+    let tied = Some(distance).filter(|distance| *distance < TIE_CHI);
+    if own_next.is_finite() && own_next.misfit() < state.misfit() - CHANCE {
+        let own = search.settled_led(own_next, state.accepted.clone())?;
+        return Ok(Compared::Itself(Box::new(own), tied));
+    }
+    Ok(tied.map_or(Compared::Worse, Compared::Tied))
 }
 
 // The smaller of what is foretold and what the imposed residual tells; none where one tells the contrary, or torques that are smoothed
