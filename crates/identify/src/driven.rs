@@ -13,8 +13,12 @@ use crate::settle::{Led, ONCE_MORE, RENEWALS};
 const WHOLE: Passing = Passing::Whole { smoothed: 0.0 };
 
 impl Search<'_> {
-    /// A model led about a reference of its own with torques taken as they are: those of moments make up for the lag of a drive.
+    /// A model led about a reference of its own with torques taken as held: those of moments make up for the way in which a drive is
+    /// late.
     pub fn led_as_held(&self, mut model: Candidate, whitener: &Whitener) -> Result<Led, IdentifyError> {
+        if let Some(present) = self.problem.form.reference().filter(|present| present.torques.early != 0.0) {
+            self.problem.form.begin_anew(LoggedTorques { early: 0.0, ..present.torques });
+        }
         let at = self.led(&mut model, &RENEWALS, |model| self.descended(model, whitener), false);
         Ok(self.present(model, at))
     }
@@ -90,7 +94,7 @@ impl Search<'_> {
         let mut model = model.again(self.problem)?;
         if let Some(own) = reference {
             form.adopt(own);
-            form.begin_anew(LoggedTorques { passing, ..own.torques });
+            form.begin_anew(LoggedTorques { passing, early: 0.0, ..own.torques });
         }
         let at = self.led(&mut model, starts, |model| self.descended(model, whitener), false);
         Ok(self.present(model, at))

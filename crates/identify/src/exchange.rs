@@ -18,6 +18,7 @@ use crate::explore::{
 use crate::gates::z_between;
 use crate::innovation::Reference;
 use crate::problem::{Candidate, Problem, objective, refine};
+use crate::record::Record;
 use crate::refit::{Fitted, Refit};
 use crate::residual::{Layout, Samples};
 use crate::search::{Accepted, Search, State, TIE_CHI, TIE_Z};
@@ -32,6 +33,8 @@ pub(crate) struct Other {
     pub spec: EffectSpec,
     // It explained nearly as much about a motion that neither has led.
     is_near: bool,
+    // Logged torques were taken as held then; those of moments make up for the way in which a drive is late.
+    were_held: bool,
 }
 
 // Fall of the objective that an exchange must bring, and as a share of what the effect to be exchanged explains.
@@ -61,7 +64,7 @@ pub(crate) fn exchanged(
         let is_late_otherwise = |o: &Other| {
             let reduced = without(search.problem, &state.fitted.model, entry).ok();
             let with = reduced.and_then(|reduced| extended(search.problem, &reduced, &o.spec).ok());
-            with.is_some_and(|with| are_late_otherwise(state, &with))
+            with.is_some_and(|with| are_late_otherwise(state, &with, o.were_held))
         };
         // Of what is tied the simpler one was taken; drives that are late in different ways differ by what no model foretells.
         let others: Vec<Other> = (entry.others.iter().filter(|o| is_new(o)).cloned())
@@ -143,7 +146,7 @@ fn compared(
     if !distance.is_finite() {
         return Ok(Compared::Worse);
     }
-    let are_late = are_late_otherwise(state, &with.model);
+    let are_late = are_late_otherwise(state, &with.model, other.were_held);
     let tied = distance < TIE_CHI || z_between(layout, &with.white, &state.fitted.white) < TIE_Z;
     let equal = if tied { Compared::Tied(distance) } else { Compared::Worse };
     // About a motion of its own, what explains nearly as much may explain more.
@@ -176,12 +179,12 @@ fn compared(
     Ok(equal)
 }
 
-// True if one drive that is late has taken the place of another, and logged torques are held.
-fn are_late_otherwise(before: &State, after: &Candidate) -> bool {
+// True if one drive that is late has taken the place of another, and logged torques are held, or were.
+fn are_late_otherwise(before: &State, after: &Candidate, were_held: bool) -> bool {
     let differ = |(a, b): (&Actuation<f64>, &Actuation<f64>)| {
         is_late(a) && is_late(b) && (a.lag > 0.0) != (b.lag > 0.0)
     };
-    are_held(before) && drives(&before.fitted.model).iter().zip(&drives(after)).any(differ)
+    (are_held(before) || were_held) && drives(&before.fitted.model).iter().zip(&drives(after)).any(differ)
 }
 
 fn is_late(drive: &Actuation<f64>) -> bool {
@@ -299,8 +302,9 @@ const ALL_READ: f64 = 1.15;
 // Two drives that are late in different ways under torques of which the noise does not act, in the samples whose rows count: where a
 // motor creeps, friction tells as much of a drive as its time does. What the models foretell passes the drives. Two more must not tell
 // the contrary, or neither is told: all of the logged torques besides, smoothed as far as the log is likeliest with either drive, and
-// the imposed residual, for which noise is one of readings. Where a motion tells little, a lag is likelier in the first two by as much
-// as a smoother leaves of that noise in what it foretells; so of two that are not told apart the first is that of the imposed residual.
+// the imposed residual, for which noise is one of readings. A lag is likelier in the first two by as much as a smoother leaves of that
+// noise in what it foretells: only one that is likelier by far more needs no other witness, and of two that are not told apart the first
+// is that of the imposed residual.
 fn compared_as_read(
     search: &Search,
     state: &State,
@@ -331,7 +335,11 @@ fn compared_as_read(
     let foretold = before.zip(after).map(fall);
     // None where a drive needs torques of moments.
     let smoothed = lowest(own).zip(lowest(other)).map(fall);
-    let imposed = imposed_objectives(search, &state.fitted.model, &next.model).map(fall);
+    let is_lag = lag(&next.model) > lag(&state.fitted.model);
+    let for_a_lag = foretold.map_or(0.0, |fall| if is_lag { fall } else { -fall });
+    let samples: usize = search.records.iter().map(Record::len).sum();
+    let imposed = || imposed_objectives(search, &state.fitted.model, &next.model).map(fall);
+    let imposed = if for_a_lag > LEFT_IN_FORETOLD * samples as f64 { None } else { imposed() };
     state.reference.iter().for_each(|reference| search.problem.form.adopt(reference));
     let Some(foretold) = foretold else { return Ok(Compared::Worse) };
     let told = least_told(foretold, smoothed, imposed);
@@ -387,6 +395,8 @@ fn imposed_objectives(search: &Search, one: &Candidate, other: &Candidate) -> Op
 // Times over which torques are smoothed, in lags, and how much larger a fall is that holds against its contrary.
 const SMOOTHED: [f64; 6] = [0.35, 0.5, 0.7, 1.0, 1.4, 2.0];
 const OUTWEIGHS: f64 = 4.0;
+// More than what a smoother leaves of noise in a foretold torque makes a lag likelier by, a sample.
+const LEFT_IN_FORETOLD: f64 = 0.08;
 
 // The largest lag of a model's drives at rest, s.
 fn lag(model: &Candidate) -> f64 {
@@ -412,7 +422,7 @@ fn extended(problem: &Problem, model: &Candidate, spec: &EffectSpec) -> Result<C
 }
 
 /// The candidates that passed beside one of a round and explain a good part of what it does in the same joint, best first.
-pub(crate) fn others(layout: &Layout, passed: &[Refit], one: &Refit) -> Vec<Other> {
+pub(crate) fn others(state: &State, layout: &Layout, passed: &[Refit], one: &Refit) -> Vec<Other> {
     // Torque and position of a joint tell of the same effect: which of them tells more is often chance.
     let joint = |r: &Refit| layout.channels[r.evidence.channel].dof;
     let explains = |r: &Refit| r.evidence.data + r.evidence.tension;
@@ -424,7 +434,8 @@ pub(crate) fn others(layout: &Layout, passed: &[Refit], one: &Refit) -> Vec<Othe
     };
     let of = |r: &Refit| {
         let spec = r.fitted.model.present_specs(None).pop()?;
-        Some(Other { trial: r.trial.clone(), spec, is_near: explains(r) > NEAR * explains(one) })
+        let is_near = explains(r) > NEAR * explains(one);
+        Some(Other { trial: r.trial.clone(), spec, is_near, were_held: are_held(state) })
     };
     passed.iter().filter(is_near).take(MOST).filter_map(of).collect()
 }

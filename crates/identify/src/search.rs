@@ -394,7 +394,7 @@ impl<'a> Search<'a> {
         let Some((chosen, rivals)) = self.choose(&round) else { return Ok(None) };
         let layout = self.problem.form.layout();
         let mut beside: Vec<Vec<Other>> =
-            round.passed.iter().map(|one| others(layout, &round.passed, one)).collect();
+            round.passed.iter().map(|one| others(state, layout, &round.passed, one)).collect();
         let mut passed: Vec<Option<Refit>> = round.passed.into_iter().map(Some).collect();
         let Some(first) = passed[chosen].take() else { return Ok(None) };
         let mut companions: Vec<(Refit, Vec<Other>)> = Vec::new();
