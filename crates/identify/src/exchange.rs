@@ -368,7 +368,7 @@ fn least_told(foretold: f64, smoothed: Option<f64>, imposed: Option<f64>) -> Opt
 }
 
 // The objectives of two models in the rows of the imposed residual, each fitted there, under the noise that one of them leaves, for which
-// they differ less; none where these rows are not known.
+// they differ less; none where these rows are not known, or both leave more than noise in them.
 fn imposed_objectives(search: &Search, one: &Candidate, other: &Candidate) -> Option<(f64, f64)> {
     let asked = search.yardstick();
     let (problem, layout) = (asked.problem, asked.problem.form.layout());
@@ -389,9 +389,13 @@ fn imposed_objectives(search: &Search, one: &Candidate, other: &Candidate) -> Op
         (one, other)
     };
     let fall = |(one, other): &(f64, f64)| (one - other).abs();
-    [under(&one.2), under(&other.2)].into_iter().min_by(|a, b| fall(a).total_cmp(&fall(b)))
+    let kept = layout.keep.iter().filter(|kept| **kept).count() as f64;
+    let told = [under(&one.2), under(&other.2)].into_iter().min_by(|a, b| fall(a).total_cmp(&fall(b)));
+    told.filter(|(one, other)| one.min(*other) < LEAVES_NOISE * kept)
 }
 
+// Most that a model leaves in a row that it explains.
+const LEAVES_NOISE: f64 = 1.4;
 // Times over which torques are smoothed, in lags, and how much larger a fall is that holds against its contrary.
 const SMOOTHED: [f64; 6] = [0.35, 0.5, 0.7, 1.0, 1.4, 2.0];
 const OUTWEIGHS: f64 = 4.0;
