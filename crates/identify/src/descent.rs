@@ -1,6 +1,5 @@
 //! The descent of a candidate from its screened strengths to its minimum.
 
-use std::f64::consts::SQRT_2;
 use std::ops::RangeInclusive;
 
 use sinew_effect::{Act, Role, SWING_FREQUENCY};
@@ -119,20 +118,16 @@ impl<'a> Descent<'a> {
         }
         let mut stated = self.model.p.clone();
         straighten(&self.base.model.unknowns, &mut stated);
-        for (p, powers) in [(self.model.p.clone(), STRENGTHS), (stated, STATED_STRENGTHS)] {
-            let scaled = |factor| self.scaled(&p, factor);
-            let Some((objective, best)) = self.lowest(powers.map(|k| scaled(SQRT_2.powi(k))).collect())
-            else {
-                continue;
-            };
-            let finer = NEIGHBOURS.iter().map(|&k| self.scaled(&best, 2f64.powf(f64::from(k) / 8.0)));
-            let finer = self.lowest(finer.collect());
-            let (objective, best) = finer.filter(|(o, _)| *o < objective).unwrap_or((objective, best));
-            if objective < self.best {
-                self.model.p.clone_from(&best);
-                self.start = best;
-                self.settle();
-            }
+        let of_two = |p: &[f64], eighths: i32| self.scaled(p, 2f64.powf(f64::from(eighths) / 8.0));
+        let about = [(self.model.p.clone(), STRENGTHS), (stated, STATED_STRENGTHS)];
+        let sets = about.iter().flat_map(|(p, halves)| halves.clone().map(|k| of_two(p, 4 * k)));
+        let Some((coarse, best)) = self.lowest(sets.collect()) else { return };
+        let finer = self.lowest(NEIGHBOURS.iter().map(|&k| of_two(&best, k)).collect());
+        let (objective, best) = finer.filter(|(o, _)| *o < coarse).unwrap_or((coarse, best));
+        if objective < self.best {
+            self.model.p.clone_from(&best);
+            self.start = best;
+            self.settle();
         }
     }
 
@@ -400,8 +395,10 @@ fn started(
 
 #[cfg(test)]
 mod tests {
+    use sinew_data::{Quantity, Run, Signal};
     use sinew_effects::CATALOGUE;
     use sinew_model::{Inertia, Robot, Vector3, samples};
+    use sinew_rigid::inverse_dynamics;
 
     use super::*;
     use crate::Options;
@@ -409,24 +406,93 @@ mod tests {
     use crate::comparison::Prepared;
     use crate::search::Search;
 
+    // What a descent does with the model of a log, from this strength of an effect.
+    fn descended(
+        robot: &Robot,
+        run: Run,
+        name: &str,
+        strength: f64,
+        check: impl FnOnce(&mut Descent, &Trial),
+    ) {
+        let (runs, options) = ([run], Options::default());
+        let prepared = Prepared::new(robot, &runs, &options).unwrap();
+        let form = prepared.form(robot);
+        let problem = Problem::new(robot, &CATALOGUE, &form, &options);
+        let search = Search::new(&problem, &prepared.records, &prepared.sensors);
+        let state = search.base(prepared.base_specs(robot, &CATALOGUE)).unwrap();
+        let of = |t: &&Trial| t.card.name == name && t.parameters == 1;
+        let trial = state.trials.iter().find(of).unwrap();
+        let (strengths, stds) = (vec![strength], Vec::new());
+        let score = Score { strengths, stds, drop: 100.0, out: None, on_trust: false };
+        let mut descent = Descent::new(problem, &state.fitted, &state.whitener, trial, &score).unwrap();
+        check(&mut descent, trial);
+    }
+
+    // A swinging link behind a spring that hardens, and its drive's rotor, begun from rest.
+    //
+    // K δ + K₃ δ³ = τ,   θ = q + δ,   τ_m = B θ̈ + τ
+    fn hardened(robot: &Robot, cubic: f64) -> Run {
+        let [stiffness, rotor] = [robot.joints[0].stiffness.unwrap(), robot.joints[0].rotor_inertia];
+        let (period, step) = (2e-3, 1e-3);
+        let motion = |t: f64| {
+            let (begun, begins, curve) = {
+                let e = (-(t * t)).exp();
+                (1.0 - e, 2.0 * t * e, (2.0 - 4.0 * t * t) * e)
+            };
+            let swing = |w: f64, a: f64| {
+                let (s, c) = (w * t).sin_cos();
+                [a * s, a * w * c, -a * w * w * s]
+            };
+            let [x, v, a]: [f64; 3] = std::array::from_fn(|n| swing(5.3, 0.6)[n] + swing(9.1, 0.3)[n]);
+            [begun * x, begins * x + begun * v, curve * x + 2.0 * begins * v + begun * a]
+        };
+        let torque = |t: f64| {
+            let [q, qd, qdd] = motion(t);
+            inverse_dynamics(&robot.model, &[q], &[qd], &[qdd])[0]
+        };
+        let theta = |t: f64| {
+            let tau = torque(t);
+            let step =
+                |d: f64| d - (stiffness * d + cubic * d * d * d - tau) / (stiffness + 3.0 * cubic * d * d);
+            motion(t)[0] + (0..30).fold(tau / stiffness, |d, _| step(d))
+        };
+        let curve = |t: f64| (theta(t + step) - 2.0 * theta(t) + theta(t - step)) / (step * step);
+        let time: Vec<f64> = (0..4000).map(|k| period * k as f64).collect();
+        let series = |of: &dyn Fn(f64) -> f64| time.iter().map(|t| of(*t)).collect::<Vec<f64>>();
+        let name = robot.model.dof_name(0);
+        let signals = [
+            Signal::new(Quantity::MotorPosition, name, series(&theta)),
+            Signal::new(Quantity::MotorTorque, name, series(&|t| rotor * curve(t) + torque(t))),
+        ];
+        Run::new("swing".to_owned(), time.clone(), signals.to_vec()).unwrap()
+    }
+
+    #[test]
+    fn a_spring_of_another_shape_is_scanned_for_its_strength() {
+        let mut robot = Robot::rigid(samples::pendulum(4.0, 0.5));
+        robot.joints[0].stiffness = Some(500.0);
+        robot.joints[0].damping = 0.5;
+        robot.joints[0].rotor_inertia = 0.2;
+        let cubic = 2e5;
+        descended(&robot, hardened(&robot, cubic), "stiffness_hardening", 0.07 * cubic, |descent, _| {
+            let own = descent.model.unknowns[descent.own[0]].position;
+            let before = descent.best;
+            descent.scan();
+            let found = descent.model.p[own];
+            assert!((found / cubic).ln().abs() < 0.09, "{found}, {before} {}", descent.best);
+        });
+    }
+
     // 5 kg at the second of two joints, more than the links can be bent to.
     #[test]
     fn a_body_takes_back_what_links_were_bent_to() {
         let robot = Robot::rigid(samples::planar_arm(2, 4.0, 0.5));
         let mut loaded = robot.clone();
         loaded.model.joints[1].inertia += Inertia::point(5.0, Vector3::default());
-        let (runs, options) = ([run(&loaded)], Options::default());
-        let prepared = Prepared::new(&robot, &runs, &options).unwrap();
-        let form = prepared.form(&robot);
-        let problem = Problem::new(&robot, &CATALOGUE, &form, &options);
-        let search = Search::new(&problem, &prepared.records, &prepared.sensors);
-        let state = search.base(prepared.base_specs(&robot, &CATALOGUE)).unwrap();
-        let of = |t: &&Trial| t.card.name == "payload" && t.parameters == 1;
-        let trial = state.trials.iter().find(of).unwrap();
-        let score = Score { strengths: vec![0.1], stds: Vec::new(), drop: 100.0, out: None, on_trust: false };
-        let mut descent = Descent::new(problem, &state.fitted, &state.whitener, trial, &score).unwrap();
-        descent.unload(trial);
-        let mass = descent.model.p[descent.model.unknowns[descent.own[0]].position];
-        assert!(descent.unloaded && (mass - 5.0).abs() < 0.05, "{mass}");
+        descended(&robot, run(&loaded), "payload", 0.1, |descent, trial| {
+            descent.unload(trial);
+            let mass = descent.model.p[descent.model.unknowns[descent.own[0]].position];
+            assert!(descent.unloaded && (mass - 5.0).abs() < 0.05, "{mass}");
+        });
     }
 }

@@ -13,14 +13,11 @@ use crate::settle::{Led, ONCE_MORE, RENEWALS};
 const WHOLE: Passing = Passing::Whole { smoothed: 0.0 };
 
 impl Search<'_> {
-    /// A model led about a reference of its own with torques taken as held: those of moments make up for the way in which a drive is
-    /// late.
-    pub fn led_as_held(&self, mut model: Candidate, whitener: &Whitener) -> Result<Led, IdentifyError> {
-        if let Some(present) = self.problem.form.reference().filter(|present| present.torques.early != 0.0) {
-            self.problem.form.begin_anew(LoggedTorques { early: 0.0, ..present.torques });
-        }
-        let at = self.led(&mut model, &RENEWALS, |model| self.descended(model, whitener), false);
-        Ok(self.present(model, at))
+    /// A model led about a reference of its own with torques taken as held, what it foretells passing its drives: torques of moments
+    /// make up for the way in which a drive is late, and what passed the drives of another model is not foretold by this one.
+    pub fn led_as_held(&self, model: &Candidate, whitener: &Whitener) -> Result<Led, IdentifyError> {
+        let present = self.problem.form.reference();
+        self.led_passing(Passing::Foretold, &RENEWALS, model, present.as_ref(), whitener)
     }
 
     /// A reference of a model led from its own with the whole of the logged torques passing the drives, smoothed over a time before, s;

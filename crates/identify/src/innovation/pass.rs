@@ -219,13 +219,15 @@ impl<'a> Pass<'a> {
         let joints = self.form.joints_of(&kalman.group);
         let (first, mut tallies) = (joints.start, vec![Tally::default(); joints.len()]);
         let every = self.records[run].scales.every;
-        let kept: Vec<&[bool]> = match samples {
-            Samples::All => Vec::new(),
-            Samples::OfRows => joints.clone().map(|joint| self.rows_kept(run, joint)).collect(),
+        let kept: Option<Vec<&[bool]>> = match samples {
+            Samples::All => None,
+            Samples::OfRows => Some(joints.clone().map(|joint| self.rows_kept(run, joint)).collect()),
         };
-        let is_kept = |joint: usize, k: usize| kept[joint - first].get(k / every) == Some(&true);
+        let is_asked = |joint: usize, k: usize| {
+            kept.as_ref().is_none_or(|kept| kept[joint - first].get(k / every) == Some(&true))
+        };
         let found = work(&mut |joint, k, told: Told| {
-            if self.counts(run, k) && (samples == Samples::All || is_kept(joint, k)) {
+            if self.counts(run, k) && is_asked(joint, k) {
                 let tally = &mut tallies[joint - first];
                 tally.misfit += told.misfit;
                 tally.square += told.square;
