@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use sinew_model::{Joint, JointKind, Robot};
+use sinew_model::{Joint, Robot};
 use sinew_rigid::{inverse_dynamics, mass_matrix};
 
 use crate::drawn::{Draws, Drive, case_by_chance};
@@ -13,15 +13,16 @@ use crate::{Arm, Case, Conditions, Sensors};
 
 impl Arm {
     /// The arm in the URDF file `path` with drives by chance: all joints elastic or all rigid, antiresonances of 8 to 30 Hz,
-    /// rotors of 0.2 to 1.6 and friction of 0.08 to 0.3 of what they move and hold. Joints that slide are held at zero.
+    /// rotors of 0.2 to 1.6 and friction of 0.08 to 0.3 of what they move and hold. Joints that slide move as many metres as others do
+    /// radians, but for fingers, which are held at zero.
     ///
     /// # Errors
     /// If the file is no URDF.
     pub fn described(path: &Path, seed: u64) -> Result<Self, Outside> {
         let described = sinew_urdf::read_urdf(path)?.model;
-        let slides = |j: &&Joint| matches!(j.kind, JointKind::Prismatic { .. }) && j.mimic.is_none();
-        let sliding: Vec<usize> = described.joints.iter().filter(slides).map(|j| j.first_dof).collect();
-        let mut model = described.held(&sliding);
+        let is_finger = |j: &&Joint| j.kind.slides() && j.mimic.is_none() && travel(j) < LEAST_TRAVEL;
+        let fingers: Vec<usize> = described.joints.iter().filter(is_finger).map(|j| j.first_dof).collect();
+        let mut model = described.held(&fingers);
         model.name = path.file_stem().map_or(model.name, |name| name.to_string_lossy().into_owned());
         let draws = &mut Draws::new(seed, "drives");
         let is_elastic = draws.one_of(&[true, false]);
@@ -60,6 +61,13 @@ impl Arm {
     pub fn is_rigid(&self) -> bool {
         self.robot.joints.iter().all(|joint| joint.stiffness.is_none())
     }
+}
+
+// Travel of a sliding joint below which it is a finger, m.
+const LEAST_TRAVEL: f64 = 0.15;
+
+fn travel(joint: &Joint) -> f64 {
+    joint.limits.upper - joint.limits.lower
 }
 
 /// A case by chance of the arm in a URDF file, a pure function of the file and the seed: drives, conditions, and an effect at

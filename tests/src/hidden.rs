@@ -40,10 +40,17 @@ impl Hidden {
         }
     }
 
-    /// True if this arm can have it: where no joint has a spring, nothing that acts in springs or behind them.
+    /// True if this arm can have it: where no joint has a spring, nothing that acts in springs or behind them; where one slides,
+    /// nothing that goes with its turns.
     pub(crate) fn is_possible_in(&self, arm: &Arm) -> bool {
-        let of_springs = |entry: &Entry| OF_SPRINGS.iter().any(|r| entry.card.requires.contains(r));
-        !arm.is_rigid() || !CATALOGUE.find(self.effect).is_some_and(of_springs)
+        let requires =
+            |entry: &Entry, all: &[Requirement]| all.iter().any(|r| entry.card.requires.contains(r));
+        let model = &arm.robot.model;
+        let slides = model.joints[model.joint_of_dof(self.dof).0].kind.slides();
+        !CATALOGUE.find(self.effect).is_some_and(|entry| {
+            (arm.is_rigid() && requires(entry, &OF_SPRINGS))
+                || (slides && requires(entry, &[Requirement::Turning]))
+        })
     }
 }
 

@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use sinew_effect::{Act, Role, SWING_FREQUENCY};
-use sinew_model::Place;
+use sinew_model::{Place, Robot};
 
 use crate::colour::Whitener;
 use crate::equations::Equations;
@@ -380,6 +380,9 @@ fn started(
                 base.straighten_where_bent(&mut model.p);
             }
             let mut new = Unknown::of_effect(&model.plant, effect);
+            if trial.has_optional() {
+                new.retain(|unknown| !unknown.is_strength() || is_told(score, problem.robot));
+            }
             for unknown in &mut new {
                 if unknown.is_strength() {
                     unknown.prior = None;
@@ -393,11 +396,21 @@ fn started(
     }
 }
 
+// True if a screen knows the mass of a body to some times that of the robot: on the axis about which alone it turns a mass shows in
+// nothing, and stays out of a fit of its first moment and inertia.
+fn is_told(score: &Score, robot: &Robot) -> bool {
+    let mass: f64 = robot.model.joints.iter().map(|joint| joint.inertia.mass).sum();
+    score.stds.first().is_none_or(|std| *std < UNTOLD * mass)
+}
+
+// So many times.
+const UNTOLD: f64 = 10.0;
+
 #[cfg(test)]
 mod tests {
     use sinew_data::{Quantity, Run, Signal};
     use sinew_effects::CATALOGUE;
-    use sinew_model::{Inertia, Robot, Vector3, samples};
+    use sinew_model::{Inertia, JointSettings, Vector3, samples};
     use sinew_rigid::inverse_dynamics;
 
     use super::*;
@@ -406,12 +419,12 @@ mod tests {
     use crate::comparison::Prepared;
     use crate::search::Search;
 
-    // What a descent does with the model of a log, from this strength of an effect.
-    fn descended(
+    // What a descent does with the model of a log, from these strengths of an effect, known as well as that.
+    fn descended<const N: usize>(
         robot: &Robot,
         run: Run,
         name: &str,
-        strength: f64,
+        [strengths, stds]: [[f64; N]; 2],
         check: impl FnOnce(&mut Descent, &Trial),
     ) {
         let (runs, options) = ([run], Options::default());
@@ -420,9 +433,9 @@ mod tests {
         let problem = Problem::new(robot, &CATALOGUE, &form, &options);
         let search = Search::new(&problem, &prepared.records, &prepared.sensors);
         let state = search.base(prepared.base_specs(robot, &CATALOGUE)).unwrap();
-        let of = |t: &&Trial| t.card.name == name && t.parameters == 1;
+        let of = |t: &&Trial| t.card.name == name && t.parameters == N;
         let trial = state.trials.iter().find(of).unwrap();
-        let (strengths, stds) = (vec![strength], Vec::new());
+        let [strengths, stds] = [strengths.to_vec(), stds.to_vec()];
         let score = Score { strengths, stds, drop: 100.0, out: None, on_trust: false };
         let mut descent = Descent::new(problem, &state.fitted, &state.whitener, trial, &score).unwrap();
         check(&mut descent, trial);
@@ -467,19 +480,48 @@ mod tests {
         Run::new("swing".to_owned(), time.clone(), signals.to_vec()).unwrap()
     }
 
+    // An arm of one joint behind a spring.
+    fn one_joint() -> Robot {
+        let mut robot = Robot::rigid(samples::pendulum(4.0, 0.5));
+        robot.joints[0] =
+            JointSettings { stiffness: Some(500.0), damping: 0.5, rotor_inertia: 0.2, ..Default::default() };
+        robot
+    }
+
     #[test]
     fn a_spring_of_another_shape_is_scanned_for_its_strength() {
-        let mut robot = Robot::rigid(samples::pendulum(4.0, 0.5));
-        robot.joints[0].stiffness = Some(500.0);
-        robot.joints[0].damping = 0.5;
-        robot.joints[0].rotor_inertia = 0.2;
-        let cubic = 2e5;
-        descended(&robot, hardened(&robot, cubic), "stiffness_hardening", 0.07 * cubic, |descent, _| {
-            let own = descent.model.unknowns[descent.own[0]].position;
-            let before = descent.best;
-            descent.scan();
-            let found = descent.model.p[own];
-            assert!((found / cubic).ln().abs() < 0.09, "{found}, {before} {}", descent.best);
+        let (robot, cubic) = (one_joint(), 2e5);
+        descended(
+            &robot,
+            hardened(&robot, cubic),
+            "stiffness_hardening",
+            [[0.07 * cubic], [0.0]],
+            |descent, _| {
+                let own = descent.model.unknowns[descent.own[0]].position;
+                let before = descent.best;
+                descent.scan();
+                let found = descent.model.p[own];
+                assert!((found / cubic).ln().abs() < 0.09, "{found}, {before} {}", descent.best);
+            },
+        );
+    }
+
+    // 4 kg half a metre from the axis in which the frame of the tool stands.
+    #[test]
+    fn a_load_whose_mass_does_nothing_is_fitted_without_it() {
+        let robot = one_joint();
+        let mut loaded = robot.clone();
+        let centre = robot.model.joints[0].inertia.centre_of_mass();
+        loaded.model.joints[0].inertia += Inertia::point(4.0, centre);
+        let mut stds = [1.0; 10];
+        stds[0] = f64::INFINITY;
+        descended(&robot, hardened(&loaded, 0.0), "payload", [[0.0; 10], stds], |descent, _| {
+            assert!(descent.own.iter().all(|&k| !descent.model.unknowns[k].is_strength()));
+            let (before, first) =
+                (descent.best, descent.model.plant.range(descent.model.specs.len() - 1).start);
+            descent.descend(f64::INFINITY, f64::INFINITY);
+            let of = |k: usize| descent.model.p[first + k];
+            assert!(descent.best < 0.05 * before && of(0) == 0.0, "{before} {}", descent.best);
         });
     }
 
@@ -489,7 +531,7 @@ mod tests {
         let robot = Robot::rigid(samples::planar_arm(2, 4.0, 0.5));
         let mut loaded = robot.clone();
         loaded.model.joints[1].inertia += Inertia::point(5.0, Vector3::default());
-        descended(&robot, run(&loaded), "payload", 0.1, |descent, trial| {
+        descended(&robot, run(&loaded), "payload", [[0.1], [0.0]], |descent, trial| {
             descent.unload(trial);
             let mass = descent.model.p[descent.model.unknowns[descent.own[0]].position];
             assert!(descent.unloaded && (mass - 5.0).abs() < 0.05, "{mass}");

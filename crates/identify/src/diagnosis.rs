@@ -23,6 +23,7 @@ use crate::search::{Accepted as Entry, Search, State, Told};
 use crate::slow::passes_for_noise;
 use crate::surrogate::{self, FalseAcceptance, sentence};
 use crate::trial::{How, Trial};
+use crate::unknowns::Unknown;
 use crate::verdict::{channels, word};
 use crate::views::findings;
 use crate::{IdentifyError, Options};
@@ -176,7 +177,8 @@ pub(crate) fn report(
     let reports = parameters(search, state, widening(search, state));
     let own = clocks(search, state, &reports).into_iter().chain(differences(state, &reports));
     let suspicions = begun.suspicions.iter().cloned();
-    let findings = own.chain(pulls(state, &reports)).chain(load_at_tool(search, state));
+    let loads = load_on_axis(search, state).into_iter().chain(load_at_tool(search, state));
+    let findings = own.chain(pulls(state, &reports)).chain(loads);
     let findings = findings.chain(suspicions).chain(views).collect();
     let channels = channels(search, state, told);
     let left = left_of_channels(search.problem.form.layout(), &state.fitted.white);
@@ -267,6 +269,22 @@ impl Diagnosis {
         }
         is_rest_explained
     }
+}
+
+// A load whose mass shows in nothing, since it hangs on the axis about which alone the tool turns: what it is, a user knows.
+fn load_on_axis(search: &Search, state: &State) -> Option<Finding> {
+    let payload = state.accepted.iter().find(|entry| entry.trial.card.name == "payload")?;
+    let is_strength = |u: &Unknown| u.id.effect == payload.effect && u.is_strength();
+    if state.fitted.model.unknowns.iter().any(is_strength) {
+        return None;
+    }
+    let tool = &search.problem.robot.model.links[search.problem.robot.tool.0].name;
+    let statement = format!(
+        "of the payload these runs tell no mass, only what it does about {tool}, whose frame stays on one axis: weigh it and write its \
+         mass into the file, or state as `tool` the frame where it hangs"
+    );
+    let (joint, signal, regime) = (String::new(), String::new(), "tool".to_owned());
+    Some(Finding { joint, signal, regime, statement, share: 0.0 })
 }
 
 // A load that may hang at the tool, where the sidecar has it or, by default, at the last link.

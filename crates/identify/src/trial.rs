@@ -4,7 +4,7 @@ use sinew_data::Quantity;
 use sinew_effect::{
     Card, Entry, Parameter, PlaceKind, Requirement, Role, SWING_FREQUENCY, Screening, Sensor, Written,
 };
-use sinew_model::{EffectSpec, Place, Setting};
+use sinew_model::{EffectSpec, Place, Robot, Setting};
 use sinew_plant::Plant;
 use sinew_rigid::mass_matrix;
 
@@ -345,15 +345,16 @@ impl Offer<'_> {
     }
 
     // The same effect with the first of what is optional of it zero and known to about its usual size, then with the second, too; none
-    // if nothing is, or if the robot has a single joint, which shows no more of a body than its own link has.
+    // if nothing is.
     fn with_optional(&self, card: &Card, spec: &EffectSpec) -> Vec<EffectSpec> {
         let model = &self.problem.robot.model;
         let mut alike: Vec<&[Parameter]> = card.parameters.chunk_by(|a, b| a.key == b.key).collect();
-        alike.retain(|parameters| parameters[0].role == Role::Optional && model.nv > 1);
+        alike.retain(|parameters| parameters[0].role == Role::Optional);
         let mass: f64 = model.joints.iter().map(|joint| joint.inertia.mass).sum();
+        let lever = usual_lever(self.problem.robot);
         let with = |spec: &mut EffectSpec, parameters: &[Parameter]| {
             let (Parameter { key, unit, .. }, count) = (&parameters[0], parameters.len());
-            let usual = mass * if *unit == "kg·m" { USUAL_LEVER } else { USUAL_LEVER * USUAL_LEVER };
+            let usual = mass * if *unit == "kg·m" { lever } else { lever * lever };
             spec.settings.push(((*key).to_owned(), Setting::Numbers(vec![0.0; count])));
             spec.settings.push((format!("{key}_std"), Setting::Numbers(vec![usual; count])));
             Some(spec.clone())
@@ -491,7 +492,17 @@ fn is_fitted(parameter: &Parameter, spec: &EffectSpec) -> bool {
     !parameter.is_stated() || optional_std(parameter, spec).is_some()
 }
 
-// First moment of a load about the tool, as a lever of the mass of the robot; its square for inertias, m.
+// First moment of a load about the tool, as a lever of the mass of the robot; its square for inertias, m. A tool of which no more is
+// known than its link's own frame is as far from the load as the link reaches, twice as far as its centre of mass.
+fn usual_lever(robot: &Robot) -> f64 {
+    let model = &robot.model;
+    let tool = &model.links[robot.tool.0];
+    let is_own_frame = tool.body_from_link.translation.norm() < 1e-9;
+    let inertia = tool.body.filter(|_| is_own_frame).map(|body| &model.joints[body.0].inertia);
+    let reach = inertia.filter(|i| i.mass > 0.0).map_or(0.0, |i| 2.0 * i.centre_of_mass().norm());
+    reach.max(USUAL_LEVER)
+}
+
 const USUAL_LEVER: f64 = 0.05;
 // Damping ratio of a spring that nobody stated.
 const START_DAMPING: f64 = 0.03;
