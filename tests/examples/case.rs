@@ -114,11 +114,13 @@ fn asked(args: &[String]) -> Option<(Arm, Case)> {
         Some(e) => of_motor.iter().find(|h| h.effect == e),
         None => all.iter().find(|h| h.effect == e),
     };
-    let hidden: Vec<_> = args[1].split('+').filter_map(hidden_as).collect();
     let case = match foreign_causes(&arm, dof, size).iter().find(|f| f.name == args[1]) {
         Some(cause) => Case::foreign(&arm, cause, dof, conditions, seed),
-        None if hidden.is_empty() => null_case(&arm, conditions, 100_000 + seed),
-        None => Case::new(&arm, &hidden, conditions, seed),
+        None if args[1] == "nothing" => null_case(&arm, conditions, 100_000 + seed),
+        None => {
+            let hidden = args[1].split('+').map(hidden_as).collect::<Option<Vec<_>>>()?;
+            Case::new(&arm, &hidden, conditions, seed)
+        }
     };
     Some((arm, case))
 }

@@ -77,6 +77,8 @@ pub(crate) struct LeftOver {
     pub episodes: Vec<Episode>,
     /// What stood out in them is gone with the laws that were named.
     pub is_gone: bool,
+    /// No push can have done what these laws take away of it.
+    pub is_told: bool,
     /// Outside of them nothing is left.
     pub is_rest_noise: bool,
     /// What is left of a joint's torque changes slowly and passed for noise.
@@ -128,7 +130,8 @@ pub(crate) fn analysed<T>(
 }
 
 // The best that can be said of a work that was done without `acted`. Where what stood out of the base only is gone with the laws
-// that were named, and these explain all, the same laws without that time say no more.
+// that were named, and these explain all, the same laws without that time say no more; where what stood out is just what a law does, as
+// a drive's limit that is met once, no others do.
 fn answered<T>(
     whole: Worked<T>,
     acted: &[Episode],
@@ -138,7 +141,8 @@ fn answered<T>(
     // Beginnings are left out once, and are no episodes.
     let has_begun = acted.iter().any(|e| e.begins);
     next.retain(|e| !(has_begun && e.begins));
-    if next.is_empty() || acted.iter().filter(|e| !e.begins).count() >= MOST {
+    let is_told = whole.is_answered && !whole.names.is_empty() && whole.left.is_told;
+    if next.is_empty() || is_told || acted.iter().filter(|e| !e.begins).count() >= MOST {
         return Ok(whole);
     }
     let acted = [acted, &next].concat();

@@ -9,7 +9,7 @@ use sinew_model::{Place, Robot, Setting};
 use crate::analysis::{Aim, Analysis, LeftOver, Worked, analysed, residual_told};
 use crate::base::scope;
 use crate::comparison::findings_as_given;
-use crate::episode::{self, Episode, episodes, is_gone, sudden};
+use crate::episode::{self, Episode, episodes, is_gone, is_told, sudden};
 use crate::explore::{Explored, explore, widening};
 use crate::fitting::{ParameterReport, Reported, parameters, pulls};
 use crate::gates::Evidence;
@@ -245,10 +245,17 @@ impl Diagnosis {
         let is_rest_noise = !found.is_empty();
         let all = if is_rest_noise { found } else { Vec::from_iter(sudden) };
         let is_gone = all.iter().all(|e| is_gone(search, &explored.state, e));
+        let is_told = all.iter().all(|e| is_told(search, &explored.state, e));
         let (alone, told): (Vec<Episode>, Vec<Episode>) = all.into_iter().partition(|e| e.is_alone);
         self.findings.splice(0..0, told.iter().map(|e| e.finding(search)));
         let is_slow = passes_for_noise(search, explored);
-        LeftOver { is_rest_noise: is_rest_noise && told.is_empty(), is_gone, is_slow, episodes: alone }
+        LeftOver {
+            is_rest_noise: is_rest_noise && told.is_empty(),
+            is_gone,
+            is_told,
+            is_slow,
+            episodes: alone,
+        }
     }
 
     // Episodes are told before all else and named after the laws, but for the beginnings of runs, whose springs may swing from

@@ -101,6 +101,23 @@ pub(crate) fn is_of_one_time(search: &Search, state: &State, entry: &Accepted) -
 
 /// True if a model leaves no more in the time of an episode than in the rest: what stood out was something else.
 pub(crate) fn is_gone(search: &Search, state: &State, episode: &Episode) -> bool {
+    let (times, count) = left_inside(search, state, episode);
+    times < 1.0 + CHANCE * (2.0 / count).sqrt()
+}
+
+/// True if a model takes away so much of what stood out by so much that nothing but its laws can have acted: by chance a law has the
+/// shape of a push, but not to the hundredth of it.
+pub(crate) fn is_told(search: &Search, state: &State, episode: &Episode) -> bool {
+    is_hundredth(left_inside(search, state, episode).0, episode.size)
+}
+
+// A mean square by that of the rest, and what it was, which was worth telling a hundredth of.
+fn is_hundredth(left: f64, was: f64) -> bool {
+    left - 1.0 < HUNDREDTH * (was - 1.0) && was * HUNDREDTH > 1.0
+}
+
+// The mean square in the time of an episode by that of the rest, and its rows.
+fn left_inside(search: &Search, state: &State, episode: &Episode) -> (f64, f64) {
     let mut courses = courses(search.problem.form.layout(), &state.fitted.white, stamps(search));
     let (all, counted) = total(&courses);
     for course in courses.iter_mut().filter(|course| course.record == episode.record) {
@@ -112,11 +129,13 @@ pub(crate) fn is_gone(search: &Search, state: &State, episode: &Episode) -> bool
     courses.retain(|course| course.record == episode.record);
     let (inside, count) = total(&courses);
     let rest = (all - inside) / (counted - count).max(1.0);
-    inside < rest * (count + CHANCE * (2.0 * count).sqrt())
+    (inside / (rest * count.max(1.0)), count.max(1.0))
 }
 
 // Standard deviations by which a sum of squares may be larger by chance.
 const CHANCE: f64 = 4.0;
+// Share of what stood out.
+const HUNDREDTH: f64 = 0.01;
 
 // Share of the squares that one time must hold.
 const NEARLY_ALL: f64 = 0.9;
@@ -521,6 +540,12 @@ mod tests {
 
     fn found(white: &[f64]) -> Vec<Episode> {
         confined(&layout(), white, |_, row| row as f64 / 50.0)
+    }
+
+    #[test]
+    fn a_law_leaves_a_hundredth_of_what_stood_far_out() {
+        assert!(is_hundredth(6.7, 1026.0));
+        assert!(!is_hundredth(20.0, 1026.0) && !is_hundredth(1.0, 50.0));
     }
 
     #[test]
