@@ -2,7 +2,7 @@
 
 use sinew_effect::{Entry, Requirement};
 use sinew_effects::CATALOGUE;
-use sinew_model::{EffectSpec, Place, Robot, Setting};
+use sinew_model::{EffectSpec, Inertia, Place, Robot, Setting};
 
 use crate::suite::MEAN_TEMPERATURE;
 use crate::{Arm, Sensors};
@@ -223,8 +223,7 @@ fn added_to_robot(arm: &Arm, dof: usize, size: f64) -> Vec<Hidden> {
         dof,
         how: How::Added(spec),
     };
-    let payload = EffectSpec::new("payload", Place::Robot).with("mass", size * arm.payload);
-    let mut list = vec![with("payload", payload)];
+    let mut list = vec![with("payload", payload(arm, size * arm.payload))];
     if arm.robot.model.nv > 1 {
         let tilt =
             EffectSpec::new("base_tilt", Place::Robot).with("about_x", 0.0).with("about_y", size * 0.06);
@@ -238,6 +237,22 @@ fn added_to_robot(arm: &Arm, dof: usize, size: f64) -> Vec<Hidden> {
         list.push(with("base_compliance", soft));
     }
     list
+}
+
+// A point at the tool; where that is on the axis of the only joint, twice as far from it as the link's centre of mass.
+fn payload(arm: &Arm, mass: f64) -> EffectSpec {
+    let model = &arm.robot.model;
+    let plain = EffectSpec::new("payload", Place::Robot).with("mass", mass);
+    if model.nv > 1 || model.links[arm.robot.tool.0].body_from_link.translation.norm() > 0.0 {
+        return plain;
+    }
+    let Inertia { first_moment: h, second_moment: i, .. } =
+        Inertia::point(mass, model.joints[0].inertia.centre_of_mass() * 2.0);
+    let with = |mut spec: EffectSpec, key: &str, values: &[f64]| {
+        spec.settings.push((key.to_owned(), Setting::Numbers(values.to_vec())));
+        spec
+    };
+    with(with(plain, "first_moment", &[h.x, h.y, h.z]), "inertia", &[i.xx, i.yy, i.zz, i.xy, i.xz, i.yz])
 }
 
 fn changed(arm: &Arm, dof: usize, joint: &str) -> Vec<Hidden> {

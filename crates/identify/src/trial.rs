@@ -181,7 +181,13 @@ impl Offer<'_> {
             .into_iter()
             .map(|start| {
                 let Start { spec, strengths, exact, line } = start;
-                let parameters = card.parameters.iter().filter(|p| is_fitted(p, &spec)).count();
+                let fitted = card.parameters.iter().filter(|p| is_fitted(p, &spec)).count();
+                let is_body = card.parameters.iter().any(|p| optional_std(p, &spec).is_some());
+                let parameters = if is_body && self.problem.robot.model.nv == 1 {
+                    fitted.min(OF_ONE_JOINT)
+                } else {
+                    fitted
+                };
                 Trial {
                     card,
                     place: place.clone(),
@@ -491,6 +497,9 @@ fn optional_std(parameter: &Parameter, spec: &EffectSpec) -> Option<f64> {
 fn is_fitted(parameter: &Parameter, spec: &EffectSpec) -> bool {
     !parameter.is_stated() || optional_std(parameter, spec).is_some()
 }
+
+// What a joint shows of a body by itself: two components of its first moment, one of its inertia.
+const OF_ONE_JOINT: usize = 3;
 
 // First moment of a load about the tool, as a lever of the mass of the robot; its square for inertias, m. A tool of which no more is
 // known than its link's own frame is as far from the load as the link reaches, twice as far as its centre of mass.
