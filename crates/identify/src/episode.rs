@@ -105,13 +105,12 @@ pub(crate) fn is_gone(search: &Search, state: &State, episode: &Episode) -> bool
     times < 1.0 + CHANCE * (2.0 / count).sqrt()
 }
 
-/// True if a model takes away so much of what stood out by so much that nothing but its laws can have acted: by chance a law has the
-/// shape of a push, but not to the hundredth of it.
+/// True if a model leaves so little of what stood out so far that its laws acted: by chance one has the shape of a push, but not to the
+/// hundredth of it.
 pub(crate) fn is_told(search: &Search, state: &State, episode: &Episode) -> bool {
     is_hundredth(left_inside(search, state, episode).0, episode.size)
 }
 
-// A mean square by that of the rest, and what it was, which was worth telling a hundredth of.
 fn is_hundredth(left: f64, was: f64) -> bool {
     left - 1.0 < HUNDREDTH * (was - 1.0) && was * HUNDREDTH > 1.0
 }
@@ -134,7 +133,6 @@ fn left_inside(search: &Search, state: &State, episode: &Episode) -> (f64, f64) 
 
 // Standard deviations by which a sum of squares may be larger by chance.
 const CHANCE: f64 = 4.0;
-// Share of what stood out.
 const HUNDREDTH: f64 = 0.01;
 
 // Share of the squares that one time must hold.
@@ -544,8 +542,7 @@ mod tests {
 
     #[test]
     fn a_law_leaves_a_hundredth_of_what_stood_far_out() {
-        assert!(is_hundredth(6.7, 1026.0));
-        assert!(!is_hundredth(20.0, 1026.0) && !is_hundredth(1.0, 50.0));
+        assert!(is_hundredth(6.7, 1026.0) && !is_hundredth(20.0, 1026.0) && !is_hundredth(1.0, 50.0));
     }
 
     #[test]
