@@ -53,7 +53,7 @@ impl Arm {
             torque.push(drive.coulomb);
         }
         let robot = Robot { effects: friction(&model, &viscous, &torque), joints, ..Robot::rigid(model) };
-        let payload = 0.1 * robot.model.joints.iter().map(|j| j.inertia.mass).sum::<f64>();
+        let payload = 0.1 * robot.model.moving_mass();
         Ok(Self { robot, torque, torque_noise, payload, amplitude: draws.uniform(0.6, 1.0), speed })
     }
 

@@ -2,7 +2,7 @@
 
 use sinew_effect::{Entry, Requirement};
 use sinew_effects::CATALOGUE;
-use sinew_model::{EffectSpec, Inertia, Place, Robot, Setting};
+use sinew_model::{EffectSpec, Inertia, Place, Robot};
 
 use crate::suite::MEAN_TEMPERATURE;
 use crate::{Arm, Sensors};
@@ -128,8 +128,8 @@ fn added_at_joint(arm: &Arm, dof: usize, joint: &str, size: f64) -> Vec<Hidden> 
         Hidden { effect, place: joint.to_owned(), dof, how: How::Added(spec) }
     };
     let mut contact = with("contact", &[("stiffness", 8.0 * f), ("position", 0.35)]);
-    if let How::Added(spec) = &mut contact.how {
-        spec.settings.push(("side".to_owned(), Setting::Word("above".to_owned())));
+    if let How::Added(spec) = contact.how {
+        contact.how = How::Added(spec.said("side", "above"));
     }
     vec![
         with("stribeck_friction", &[("stribeck", 0.5 * f), ("stribeck_velocity", 0.06)]),
@@ -248,11 +248,8 @@ fn payload(arm: &Arm, mass: f64) -> EffectSpec {
     }
     let Inertia { first_moment: h, second_moment: i, .. } =
         Inertia::point(mass, model.joints[0].inertia.centre_of_mass() * 2.0);
-    let with = |mut spec: EffectSpec, key: &str, values: &[f64]| {
-        spec.settings.push((key.to_owned(), Setting::Numbers(values.to_vec())));
-        spec
-    };
-    with(with(plain, "first_moment", &[h.x, h.y, h.z]), "inertia", &[i.xx, i.yy, i.zz, i.xy, i.xz, i.yz])
+    let with_moment = plain.with_numbers("first_moment", &[h.x, h.y, h.z]);
+    with_moment.with_numbers("inertia", &[i.xx, i.yy, i.zz, i.xy, i.xz, i.yz])
 }
 
 fn changed(arm: &Arm, dof: usize, joint: &str) -> Vec<Hidden> {

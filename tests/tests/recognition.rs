@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use sinew_identify::{Options, Verdict};
-use sinew_model::{EffectSpec, Place, Setting};
+use sinew_model::{EffectSpec, Place};
 use sinew_tests::{
     Arm, Case, Conditions, Hidden, How, Outcome, drawn_case, foreign_causes, hidden_effects, judge,
     mixed_case, null_case, one_joint, six_joints, two_joints,
@@ -102,10 +102,10 @@ fn a_payload_is_no_point_where_the_log_says_so() {
     }
     let (mass, centre) = (1.0, 0.15);
     let about_end = mass * centre * centre * 4.0 / 3.0;
-    let mut rod = EffectSpec::new("payload", Place::Robot).with("mass", mass);
-    let mut say = |key: &str, values: Vec<f64>| rod.settings.push((key.to_owned(), Setting::Numbers(values)));
-    say("first_moment", vec![mass * centre, 0.0, 0.0]);
-    say("inertia", vec![0.0, about_end, about_end, 0.0, 0.0, 0.0]);
+    let rod = EffectSpec::new("payload", Place::Robot)
+        .with("mass", mass)
+        .with_numbers("first_moment", &[mass * centre, 0.0, 0.0])
+        .with_numbers("inertia", &[0.0, about_end, about_end, 0.0, 0.0, 0.0]);
     let hidden = Hidden { effect: "payload", place: Place::Robot.to_string(), dof: 5, how: How::Added(rod) };
     let conditions = Conditions::named("motor", "fine/10").expect("conditions of the suite");
     let case = Case::new(&arm, &[&hidden], conditions, 0);

@@ -115,8 +115,8 @@ pub(crate) fn with_start_values(mut spec: EffectSpec, robot: &Robot) -> EffectSp
             (Written::Plain, None) => spec = spec.with(parameter.key, parameter.start()),
             (Written::Plain, Some(_)) => {
                 let alike = entry.card.parameters.iter().filter(|p| p.key == parameter.key);
-                let zeros = alike.map(|p| p.start()).collect();
-                spec.settings.push((parameter.key.to_owned(), Setting::Numbers(zeros)));
+                let zeros: Vec<f64> = alike.map(|p| p.start()).collect();
+                spec = spec.with_numbers(parameter.key, &zeros);
             }
             (Written::Reciprocal, _) => {
                 if let Some(stiffness) = usual_stiffness(&spec, entry, robot) {

@@ -132,7 +132,7 @@ fn object(answer: &Answer) -> Value {
         "degrees_of_freedom": model.nv,
         "order": joints(model),
         "joints": (0..model.nv).map(joint).collect::<Vec<_>>(),
-        "moving_mass": moving_mass(model),
+        "moving_mass": model.moving_mass(),
         "links": model.links.iter().map(link).collect::<Vec<_>>(),
         "couplings": couplings.collect::<Vec<_>>(),
         "bending": bending.collect::<Vec<_>>(),
@@ -167,10 +167,6 @@ fn trust(trust: Trust) -> &'static str {
     }
 }
 
-fn moving_mass(model: &Model) -> f64 {
-    model.joints.iter().map(|j| j.inertia.mass).sum()
-}
-
 fn text(answer: &Answer) -> String {
     let robot = answer.robot;
     let model = &robot.model;
@@ -179,7 +175,7 @@ fn text(answer: &Answer) -> String {
         "{}: {} degrees of freedom, {elastic} elastic; {} kg moving; tool {}; inertias {}\n\n",
         model.name,
         model.nv,
-        number(moving_mass(model)),
+        number(model.moving_mass()),
         model.links[robot.tool.0].name,
         trust(robot.trust)
     );

@@ -78,7 +78,7 @@ pub(crate) struct LeftOver {
     /// What stood out in them is gone with the laws that were named.
     pub is_gone: bool,
     /// No push can have done what these laws take away of it.
-    pub is_told: bool,
+    pub is_of_laws: bool,
     /// Outside of them nothing is left.
     pub is_rest_noise: bool,
     /// What is left of a joint's torque changes slowly and passed for noise.
@@ -141,16 +141,15 @@ fn answered<T>(
     // Beginnings are left out once, and are no episodes.
     let has_begun = acted.iter().any(|e| e.begins);
     next.retain(|e| !(has_begun && e.begins));
-    let is_told = whole.is_answered && !whole.names.is_empty() && whole.left.is_told;
-    if next.is_empty() || is_told || acted.iter().filter(|e| !e.begins).count() >= MOST {
+    let is_named = whole.is_answered && !whole.names.is_empty();
+    let is_of_laws = is_named && whole.left.is_of_laws;
+    if next.is_empty() || is_of_laws || acted.iter().filter(|e| !e.begins).count() >= MOST {
         return Ok(whole);
     }
     let acted = [acted, &next].concat();
     let rest = answered(without(&acted)?, &acted, without)?;
-    let says_no_more = whole.is_answered
-        && whole.left.is_gone
-        && !whole.names.is_empty()
-        && whole.names.iter().all(|name| rest.names.contains(name));
+    let says_no_more =
+        is_named && whole.left.is_gone && whole.names.iter().all(|name| rest.names.contains(name));
     let is_better = !says_no_more && (rest.is_answered || (whole.left.is_rest_noise && !whole.is_answered));
     Ok(if is_better { rest } else { whole })
 }

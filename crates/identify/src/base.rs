@@ -95,10 +95,8 @@ pub(crate) fn inertial(robot: &Robot, joint: usize) -> Vec<EffectSpec> {
     let h = body.first_moment;
     let size = inertia_size(body, reach);
     let with = |kind: &str, key: &str, values: Vec<f64>, stds: Vec<f64>| {
-        let mut spec = EffectSpec::new(kind, place());
-        spec.settings.push((key.to_owned(), Setting::Numbers(values)));
-        spec.settings.push((format!("{key}_std"), Setting::Numbers(stds)));
-        spec
+        let spec = EffectSpec::new(kind, place());
+        spec.with_numbers(key, &values).with_numbers(&format!("{key}_std"), &stds)
     };
     let diagonal = second * size;
     let product = 0.4 * diagonal;

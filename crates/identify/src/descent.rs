@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use sinew_effect::{Act, Role, SWING_FREQUENCY};
-use sinew_model::{Place, Robot};
+use sinew_model::Place;
 
 use crate::colour::Whitener;
 use crate::equations::Equations;
@@ -361,6 +361,7 @@ fn started(
             let first = model.plant.range(effect).start;
             let mut p = base.p.clone();
             p.extend_from_slice(&model.p[first..]);
+            let still = |s: usize| strengths.iter().zip(&score.moving).any(|(k, moves)| *k == s && !moves);
             for (k, &s) in strengths.iter().enumerate() {
                 p[first + s] = if *exact {
                     p[first + s] * score.strengths[0].clamp(0.3, 3.0)
@@ -380,9 +381,7 @@ fn started(
                 base.straighten_where_bent(&mut model.p);
             }
             let mut new = Unknown::of_effect(&model.plant, effect);
-            if trial.has_optional() {
-                new.retain(|unknown| !unknown.is_strength() || is_told(score, problem.robot));
-            }
+            new.retain(|unknown| !still(unknown.id.parameter));
             for unknown in &mut new {
                 if unknown.is_strength() {
                     unknown.prior = None;
@@ -396,21 +395,11 @@ fn started(
     }
 }
 
-// True if a screen knows the mass of a body to some times that of the robot: on the axis about which alone it turns a mass shows in
-// nothing, and stays out of a fit of its first moment and inertia.
-fn is_told(score: &Score, robot: &Robot) -> bool {
-    let mass: f64 = robot.model.joints.iter().map(|joint| joint.inertia.mass).sum();
-    score.stds.first().is_none_or(|std| *std < UNTOLD * mass)
-}
-
-// So many times.
-const UNTOLD: f64 = 10.0;
-
 #[cfg(test)]
 mod tests {
     use sinew_data::{Quantity, Run, Signal};
     use sinew_effects::CATALOGUE;
-    use sinew_model::{Inertia, JointSettings, Vector3, samples};
+    use sinew_model::{Inertia, JointSettings, Robot, Vector3, samples};
     use sinew_rigid::inverse_dynamics;
 
     use super::*;
@@ -419,12 +408,13 @@ mod tests {
     use crate::comparison::Prepared;
     use crate::search::Search;
 
-    // What a descent does with the model of a log, from these strengths of an effect, known as well as that.
-    fn descended<const N: usize>(
+    // What a descent does with the model of a log, from what the screen says of an effect with so many strengths; `said` may look at
+    // it and change it.
+    fn descended(
         robot: &Robot,
         run: Run,
-        name: &str,
-        [strengths, stds]: [[f64; N]; 2],
+        (name, strengths): (&str, usize),
+        said: impl FnOnce(&mut Score),
         check: impl FnOnce(&mut Descent, &Trial),
     ) {
         let (runs, options) = ([run], Options::default());
@@ -433,10 +423,12 @@ mod tests {
         let problem = Problem::new(robot, &CATALOGUE, &form, &options);
         let search = Search::new(&problem, &prepared.records, &prepared.sensors);
         let state = search.base(prepared.base_specs(robot, &CATALOGUE)).unwrap();
-        let of = |t: &&Trial| t.card.name == name && t.weights().len() == N;
+        let scores = search.scores(&state.fitted, &state, &state.columns).unwrap();
+        let of = |t: &&Trial| t.card.name == name && t.weights().len() == strengths;
         let trial = state.trials.iter().find(of).unwrap();
-        let [strengths, stds] = [strengths.to_vec(), stds.to_vec()];
-        let score = Score { strengths, stds, drop: 100.0, out: None, on_trust: false };
+        let score = state.trials.iter().zip(scores).find(|(t, _)| of(t)).and_then(|(_, score)| score);
+        let mut score = score.unwrap();
+        said(&mut score);
         let mut descent = Descent::new(problem, &state.fitted, &state.whitener, trial, &score).unwrap();
         check(&mut descent, trial);
     }
@@ -494,8 +486,8 @@ mod tests {
         descended(
             &robot,
             hardened(&robot, cubic),
-            "stiffness_hardening",
-            [[0.07 * cubic], [0.0]],
+            ("stiffness_hardening", 1),
+            |score| score.strengths = vec![0.07 * cubic],
             |descent, _| {
                 let own = descent.model.unknowns[descent.own[0]].position;
                 let before = descent.best;
@@ -513,9 +505,12 @@ mod tests {
         let mut loaded = robot.clone();
         let centre = robot.model.joints[0].inertia.centre_of_mass();
         loaded.model.joints[0].inertia += Inertia::point(4.0, centre);
-        let mut stds = [1.0; 10];
-        stds[0] = f64::INFINITY;
-        descended(&robot, hardened(&loaded, 0.0), "payload", [[0.0; 10], stds], |descent, _| {
+        // Two components of its first moment and one of its inertia turn with the joint.
+        let said = |score: &mut Score| {
+            let shown: Vec<usize> = (0..10).filter(|&k| score.moving[k]).collect();
+            assert_eq!((shown, score.parameters), (vec![1, 3, 5], 3), "{score:?}");
+        };
+        descended(&robot, hardened(&loaded, 0.0), ("payload", 10), said, |descent, _| {
             assert!(descent.own.iter().all(|&k| !descent.model.unknowns[k].is_strength()));
             let (before, first) =
                 (descent.best, descent.model.plant.range(descent.model.specs.len() - 1).start);
@@ -531,7 +526,8 @@ mod tests {
         let robot = Robot::rigid(samples::planar_arm(2, 4.0, 0.5));
         let mut loaded = robot.clone();
         loaded.model.joints[1].inertia += Inertia::point(5.0, Vector3::default());
-        descended(&robot, run(&loaded), "payload", [[0.1], [0.0]], |descent, trial| {
+        let said = |score: &mut Score| score.strengths = vec![0.1];
+        descended(&robot, run(&loaded), ("payload", 1), said, |descent, trial| {
             descent.unload(trial);
             let mass = descent.model.p[descent.model.unknowns[descent.own[0]].position];
             assert!(descent.unloaded && (mass - 5.0).abs() < 0.05, "{mass}");

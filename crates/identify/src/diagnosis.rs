@@ -9,7 +9,7 @@ use sinew_model::{Place, Robot, Setting};
 use crate::analysis::{Aim, Analysis, LeftOver, Worked, analysed, residual_told};
 use crate::base::scope;
 use crate::comparison::findings_as_given;
-use crate::episode::{self, Episode, episodes, is_gone, is_told, sudden};
+use crate::episode::{self, Episode, Left, episodes, sudden};
 use crate::explore::{Explored, explore, widening};
 use crate::fitting::{ParameterReport, Reported, parameters, pulls};
 use crate::gates::Evidence;
@@ -244,15 +244,16 @@ impl Diagnosis {
         let found = episodes(search, &explored.state);
         let is_rest_noise = !found.is_empty();
         let all = if is_rest_noise { found } else { Vec::from_iter(sudden) };
-        let is_gone = all.iter().all(|e| is_gone(search, &explored.state, e));
-        let is_told = all.iter().all(|e| is_told(search, &explored.state, e));
+        let left: Vec<Left> = all.iter().map(|e| Left::of(search, &explored.state, e)).collect();
+        let is_gone = left.iter().all(Left::is_noise);
+        let is_of_laws = left.iter().all(Left::is_of_laws);
         let (alone, told): (Vec<Episode>, Vec<Episode>) = all.into_iter().partition(|e| e.is_alone);
         self.findings.splice(0..0, told.iter().map(|e| e.finding(search)));
         let is_slow = passes_for_noise(search, explored);
         LeftOver {
             is_rest_noise: is_rest_noise && told.is_empty(),
             is_gone,
-            is_told,
+            is_of_laws,
             is_slow,
             episodes: alone,
         }
@@ -290,8 +291,7 @@ fn load_on_axis(search: &Search, state: &State) -> Option<Finding> {
         "of the payload these runs tell no mass, only what it does about {tool}, whose frame stays on one axis: weigh it and write its \
          mass into the file, or state as `tool` the frame where it hangs"
     );
-    let (joint, signal, regime) = (String::new(), String::new(), "tool".to_owned());
-    Some(Finding { joint, signal, regime, statement, share: 0.0 })
+    Some(about_tool(statement))
 }
 
 // A load that may hang at the tool, where the sidecar has it or, by default, at the last link.
@@ -312,8 +312,12 @@ fn load_at_tool(search: &Search, state: &State) -> Option<Finding> {
         moment.trial.label(),
         tool.name
     );
+    Some(about_tool(statement))
+}
+
+fn about_tool(statement: String) -> Finding {
     let (joint, signal, regime) = (String::new(), String::new(), "tool".to_owned());
-    Some(Finding { joint, signal, regime, statement, share: 0.0 })
+    Finding { joint, signal, regime, statement, share: 0.0 }
 }
 
 // Named effects whose strength depends on the run: perhaps on temperature, load or something else that changed.

@@ -4,6 +4,7 @@
 use sinew_effect::Sensor;
 
 use crate::colour::rows_of;
+use crate::course::{Course, courses, total};
 use crate::diagnosis::{CandidateReport, RivalReport};
 use crate::fitting::ParameterReport;
 use crate::record::{Record, is_within};
@@ -48,8 +49,6 @@ pub(crate) const EXPERIMENT: &str =
 
 /// Most episodes of a log.
 pub(crate) const MOST: usize = 2;
-// The most of a run that one may take.
-const LONGEST: f64 = 0.2;
 // Rows of an episode, at least, and their mean square in units of the other rows'.
 const FEWEST_ROWS: usize = 5;
 const LARGE: f64 = 20.0;
@@ -57,19 +56,10 @@ const LARGE: f64 = 20.0;
 const HIGH: f64 = 3.0;
 // Mean square, in units of noise, that the typical second and all rows outside may leave.
 const QUIET: f64 = 1.5;
-// Rows of a peak, and the share of its mean square beyond which rows stand out like it.
-const PEAK_ROWS: usize = 16;
+// Share of the highest peak beyond which rows stand out like it.
 const OF_PEAK: f64 = 0.1;
 // Seconds beside an episode in which filters still remember it.
 const MEMORY: f64 = 0.3;
-
-// Squares and counts of one run by row, all channels together, with the stamps of the rows.
-struct Course {
-    record: usize,
-    time: Vec<f64>,
-    squares: Vec<f64>,
-    counts: Vec<f64>,
-}
 
 /// The episodes of what a model leaves; none unless the rest is noise.
 pub(crate) fn episodes(search: &Search, state: &State) -> Vec<Episode> {
@@ -99,36 +89,38 @@ pub(crate) fn is_of_one_time(search: &Search, state: &State, entry: &Accepted) -
     is_short(&courses(layout, &state.whitener.apply(layout, &added), stamps(search)))
 }
 
-/// True if a model leaves no more in the time of an episode than in the rest: what stood out was something else.
-pub(crate) fn is_gone(search: &Search, state: &State, episode: &Episode) -> bool {
-    let (times, count) = left_inside(search, state, episode);
-    times < 1.0 + CHANCE * (2.0 / count).sqrt()
+/// What a model leaves in the time of an episode.
+pub(crate) struct Left {
+    // Mean square by that of the rest, and its rows.
+    times: f64,
+    count: f64,
+    // The same before laws were looked for.
+    was: f64,
 }
 
-/// True if a model leaves so little of what stood out so far that its laws acted: by chance one has the shape of a push, but not to the
-/// hundredth of it.
-pub(crate) fn is_told(search: &Search, state: &State, episode: &Episode) -> bool {
-    is_hundredth(left_inside(search, state, episode).0, episode.size)
-}
-
-fn is_hundredth(left: f64, was: f64) -> bool {
-    left - 1.0 < HUNDREDTH * (was - 1.0) && was * HUNDREDTH > 1.0
-}
-
-// The mean square in the time of an episode by that of the rest, and its rows.
-fn left_inside(search: &Search, state: &State, episode: &Episode) -> (f64, f64) {
-    let mut courses = courses(search.problem.form.layout(), &state.fitted.white, stamps(search));
-    let (all, counted) = total(&courses);
-    for course in courses.iter_mut().filter(|course| course.record == episode.record) {
-        let is_inside = |time: f64| is_within(time, episode.window);
-        for k in (0..course.time.len()).filter(|&k| !is_inside(course.time[k])) {
-            (course.squares[k], course.counts[k]) = (0.0, 0.0);
-        }
+impl Left {
+    /// In this episode.
+    pub fn of(search: &Search, state: &State, episode: &Episode) -> Self {
+        let mut courses = courses(search.problem.form.layout(), &state.fitted.white, stamps(search));
+        let (all, counted) = total(&courses);
+        courses.retain(|course| course.record == episode.record);
+        courses.iter_mut().for_each(|course| course.retain(|time| is_within(time, episode.window)));
+        let (inside, count) = total(&courses);
+        let rest = (all - inside) / (counted - count).max(1.0);
+        let count = count.max(1.0);
+        Self { times: inside / (rest * count), count, was: episode.size }
     }
-    courses.retain(|course| course.record == episode.record);
-    let (inside, count) = total(&courses);
-    let rest = (all - inside) / (counted - count).max(1.0);
-    (inside / (rest * count.max(1.0)), count.max(1.0))
+
+    /// True if it is no more than in the rest: what stood out was something else.
+    pub fn is_noise(&self) -> bool {
+        self.times < 1.0 + CHANCE * (2.0 / self.count).sqrt()
+    }
+
+    /// True if it is so little of what stood out so far that laws acted: by chance one has the shape of a push, but not to the
+    /// hundredth of it.
+    pub fn is_of_laws(&self) -> bool {
+        self.times - 1.0 < HUNDREDTH * (self.was - 1.0) && self.was * HUNDREDTH > 1.0
+    }
 }
 
 // Standard deviations by which a sum of squares may be larger by chance.
@@ -141,7 +133,7 @@ const NEARLY_ALL: f64 = 0.9;
 fn is_short(courses: &[Course]) -> bool {
     let (square, count) = total(courses);
     let of = |course: &Course| {
-        let (_, first, end) = highest(course, HIGH * square / count.max(1.0));
+        let (_, first, end) = course.highest(HIGH * square / count.max(1.0));
         course.is_short(first, end) && course.sums(first, end).0 > NEARLY_ALL * square
     };
     courses.iter().any(of)
@@ -200,7 +192,7 @@ struct Window {
 impl Window {
     // The one with the largest sum of squares beyond `level` a channel and row, if it is short.
     fn highest(courses: &[Course], level: f64) -> Option<Self> {
-        let sums = courses.iter().enumerate().map(|(course, rows)| (course, highest(rows, level)));
+        let sums = courses.iter().enumerate().map(|(course, rows)| (course, rows.highest(level)));
         let (course, (_, first, end)) = sums.max_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
         let own = &courses[course];
         if end < first + FEWEST_ROWS || !own.is_short(first, end) {
@@ -216,10 +208,7 @@ impl Window {
     }
 
     fn forget(&self, courses: &mut [Course]) {
-        let own = &mut courses[self.course];
-        for k in (0..own.time.len()).filter(|&k| is_within(own.time[k], self.time)) {
-            (own.squares[k], own.counts[k]) = (0.0, 0.0);
-        }
+        courses[self.course].retain(|time| !is_within(time, self.time));
     }
 
     // By the mean square of what is left besides.
@@ -260,68 +249,11 @@ fn is_within_shakes(times: &[f64], turn: f64) -> bool {
     times.iter().all(|time| is_within(time - turn, [0.0, SHAKES]))
 }
 
-// Squares and counts of all runs.
-fn total(courses: &[Course]) -> (f64, f64) {
-    courses.iter().map(|c| c.sums(0, c.time.len())).fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1))
-}
-
-impl Course {
-    fn is_short(&self, first: usize, end: usize) -> bool {
-        (end - first) as f64 <= LONGEST * self.time.len() as f64
-    }
-
-    fn sums(&self, first: usize, end: usize) -> (f64, f64) {
-        (self.squares[first..end].iter().sum(), self.counts[first..end].iter().sum())
-    }
-
-    // The largest mean square of so many rows.
-    fn peak(&self) -> f64 {
-        let last = self.time.len().saturating_sub(PEAK_ROWS);
-        let means = (0..=last).map(|k| self.sums(k, (k + PEAK_ROWS).min(self.time.len())));
-        means.map(|(square, count)| square / count.max(1.0)).fold(0.0, f64::max)
-    }
-}
-
-fn courses(layout: &Layout, white: &[f64], stamp: impl Fn(usize, usize) -> f64) -> Vec<Course> {
-    let mut courses: Vec<Course> = Vec::new();
-    for segment in &layout.segments {
-        if courses.last().is_none_or(|c| c.record != segment.record) {
-            courses.push(Course {
-                record: segment.record,
-                time: (0..segment.len).map(|row| stamp(segment.record, row)).collect(),
-                squares: vec![0.0; segment.len],
-                counts: vec![0.0; segment.len],
-            });
-        }
-        let Some(course) = courses.last_mut() else { continue };
-        for row in (0..segment.len).filter(|row| layout.keep[segment.first + row]) {
-            course.squares[row] += white[segment.first + row].powi(2);
-            course.counts[row] += 1.0;
-        }
-    }
-    courses
-}
-
 // The median of the mean squares of all seconds.
 fn typical(layout: &Layout, white: &[f64]) -> Option<f64> {
     let kept = (0..layout.len).filter(|&k| layout.keep[k]);
     let squares = squares_of_seconds(layout, kept, white, 1.0);
     squares.get(squares.len() / 2).copied()
-}
-
-// The rows with the largest sum of squares beyond `level` each: sum, first, end (Kadane's scan).
-fn highest(course: &Course, level: f64) -> (f64, usize, usize) {
-    let (mut best, mut sum, mut first) = ((0.0, 0, 0), 0.0f64, 0);
-    for k in 0..course.time.len() {
-        if sum <= 0.0 {
-            (sum, first) = (0.0, k);
-        }
-        sum += course.squares[k] - level * course.counts[k];
-        if sum > best.0 {
-            best = (sum, first, k + 1);
-        }
-    }
-    best
 }
 
 // A row of the log, about one joint.
@@ -542,7 +474,8 @@ mod tests {
 
     #[test]
     fn a_law_leaves_a_hundredth_of_what_stood_far_out() {
-        assert!(is_hundredth(6.7, 1026.0) && !is_hundredth(20.0, 1026.0) && !is_hundredth(1.0, 50.0));
+        let is_of_laws = |times, was| Left { times, count: 100.0, was }.is_of_laws();
+        assert!(is_of_laws(6.7, 1026.0) && !is_of_laws(20.0, 1026.0) && !is_of_laws(1.0, 50.0));
     }
 
     #[test]

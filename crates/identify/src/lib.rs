@@ -11,6 +11,7 @@ mod base;
 mod before;
 mod colour;
 mod comparison;
+mod course;
 mod descent;
 mod diagnosis;
 mod driven;

@@ -228,9 +228,8 @@ impl Candidate {
     /// count as nominal: what hangs on a link is not known as well as the link.
     pub fn is_excited(&self, unknown: &Unknown, whitened: &[f64], trust: Trust) -> bool {
         let is_exact = trust == Trust::Exact && is_inertial(&self.specs[unknown.id.effect].kind);
-        let length = dot(whitened, whitened).sqrt();
         let size = if is_exact { EXACT_TO_NOMINAL * unknown.scale } else { unknown.scale };
-        length.is_finite() && length * size > 0.05
+        is_moved(dot(whitened, whitened).sqrt(), size)
     }
 
     /// Unknowns of its effects that are not free.
@@ -238,6 +237,11 @@ impl Candidate {
         let all = (0..self.specs.len()).flat_map(|e| Unknown::of_effect(&self.plant, e));
         all.filter(|u| self.unknowns.iter().all(|free| free.id != u.id)).collect()
     }
+}
+
+/// True if a whitened column of this length is not shorter than the noise for a parameter of this size.
+pub(crate) fn is_moved(length: f64, size: f64) -> bool {
+    length.is_finite() && length * size > 0.05
 }
 
 /// Squared length of whitened rows plus the priors' misfit.

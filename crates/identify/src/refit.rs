@@ -90,6 +90,7 @@ pub(crate) fn refit(
     let pair =
         Pair { before: &base.white, after: &white, raw_before: &base.at.residual, raw_after: &at.residual };
     let tension = base.model.penalty() - model.penalty();
+    let trial = Trial { parameters: score.parameters, ..trial.clone() };
     let evidence = Evidence::of(layout, &pair, tension, trial.parameters, &held_out, channel_std);
     // A rigid joint fits nothing: what its friction was bent to says nothing against the spring that explains the rest.
     // Nor does that of other joints against what explains most.
@@ -107,9 +108,9 @@ pub(crate) fn refit(
                 .then(|| "its sign differs from run to run".to_owned())
         })
         .or_else(|| if new { at_its_bound(&model, &own) } else { None })
-        .or_else(|| if new { vague(problem, whitener, &model, &at, &own, trial) } else { None });
+        .or_else(|| if new { vague(problem, whitener, &model, &at, &own, &trial) } else { None });
     let fitted = Fitted { model, at, white, objective: best };
-    Some(Refit { trial: trial.clone(), fitted, evidence, refused })
+    Some(Refit { trial, fitted, evidence, refused })
 }
 
 // A candidate's strengths, and their whitened columns free of what the other parameters imitate.

@@ -173,7 +173,7 @@ impl Search<'_> {
     }
 
     // Scores of all trials about one model.
-    fn scores(&self, about: &Fitted, state: &State, columns: &Columns) -> Option<Scores> {
+    pub fn scores(&self, about: &Fitted, state: &State, columns: &Columns) -> Option<Scores> {
         let layout = self.problem.form.layout();
         let base = Equations::new(&state.whitener, self.problem, &about.model, &about.at, 0.0)?;
         let base = base.bounded(&about.model)?;

@@ -10,7 +10,7 @@ use sinew_plant::Plant;
 use crate::equations::Equations;
 use crate::freedom::Springs;
 use crate::least_squares::{Normal, column, cross, dot, matrix};
-use crate::problem::{Candidate, Problem};
+use crate::problem::{Candidate, Problem, is_moved};
 use crate::residual::Grid;
 use crate::trial::{How, Trial};
 
@@ -180,6 +180,10 @@ pub(crate) struct Score {
     pub strengths: Vec<f64>,
     /// Their standard deviations, of effects that enter linearly.
     pub stds: Vec<f64>,
+    /// Which of them move a row at all; all, if empty.
+    pub moving: Vec<bool>,
+    /// How many parameters it takes, as far as the log tells them.
+    pub parameters: usize,
     /// Fall of the objective.
     pub drop: f64,
     /// Why it is out of the question.
@@ -227,9 +231,9 @@ impl<'a> Screen<'a> {
     /// Score of a trial whose whitened columns are given. Shares of the signal are left to the refit.
     pub fn score(&self, trial: &Trial, white: &[Vec<f64>]) -> Option<Score> {
         match &trial.how {
-            How::Release { unknowns } => self.release(unknowns),
+            How::Release { unknowns } => self.release(trial, unknowns),
             How::New { exact: true, .. } if matches!(trial.card.screening, Screening::Resonance { .. }) => {
-                self.switched(white)
+                self.switched(trial, white)
             }
             How::New { .. } => {
                 let mut score = self.added(trial, white)?;
@@ -257,7 +261,7 @@ impl<'a> Screen<'a> {
     // parameters have followed as far as their columns carry.
     //
     // left = |r − z|² − gᵀ A⁻¹ g,   g = Jᵀ(r − z)
-    fn switched(&self, white: &[Vec<f64>]) -> Option<Score> {
+    fn switched(&self, trial: &Trial, white: &[Vec<f64>]) -> Option<Score> {
         let before = dot(&self.base.residual, &self.base.residual);
         let at_stated: Vec<f64> = self.base.residual.iter().zip(white.first()?).map(|(r, z)| r - z).collect();
         let g: Vec<f64> = self.base.columns.iter().map(|c| dot(c, &at_stated)).collect();
@@ -268,6 +272,8 @@ impl<'a> Screen<'a> {
         left.is_finite().then(|| Score {
             strengths: vec![1.0],
             stds: Vec::new(),
+            moving: Vec::new(),
+            parameters: trial.parameters,
             drop: if on_trust { TRUST * before - 1e-6 * left } else { drop },
             out: None,
             on_trust,
@@ -289,21 +295,30 @@ impl<'a> Screen<'a> {
         let k = white.len();
         let right: Vec<f64> = (0..k).map(|i| s[(i, 0)]).collect();
         let left = (0..k).map(|i| s_matrix[(i, i)] / own[i].max(1e-300)).fold(0.0, f64::max);
-        trial.weights().iter().enumerate().for_each(|(i, weight)| s_matrix[(i, i)] += weight);
+        let weights = trial.weights();
+        weights.iter().enumerate().for_each(|(i, weight)| s_matrix[(i, i)] += weight);
         let normal = Normal::new(&s_matrix)?;
-        let a = normal.solve(&right);
-        let stds = normal.variances().iter().map(|v| v.max(0.0).sqrt()).collect();
+        let mut a = normal.solve(&right);
+        let variances: Vec<f64> = normal.variances().iter().map(|v| v.max(0.0)).collect();
+        let sizes = trial.sizes(self.problem.robot);
+        let moving: Vec<bool> = own.iter().zip(sizes).map(|(n, size)| is_moved(n.sqrt(), size)).collect();
+        a.iter_mut().zip(&moving).filter(|(_, moves)| !**moves).for_each(|(a, _)| *a = 0.0);
+        // tr S (S + W)⁻¹ = k − Σ wᵢ σᵢ², of those that move a row
+        let known = weights.iter().zip(&variances).map(|(weight, variance)| weight * variance);
+        let told: f64 = known.zip(&moving).filter(|(_, moves)| **moves).map(|(known, _)| 1.0 - known).sum();
+        let parameters = trial.parameters - weights.len() + (told.round() as usize).max(1);
+        let stds = variances.iter().map(|v| v.sqrt()).collect();
         let drop = dot(&a, &right);
         let out = if left < 1.0 - ABSORBED {
             Some("these runs do not separate it from what is already free".to_owned())
         } else {
             trial.wrong_sign(&a)
         };
-        Some(Score { strengths: a, stds, drop, out, on_trust: false })
+        Some(Score { strengths: a, stds, moving, parameters, drop, out, on_trust: false })
     }
 
     // The same equations without the priors of some unknowns.
-    fn release(&self, unknowns: &[usize]) -> Option<Score> {
+    fn release(&self, trial: &Trial, unknowns: &[usize]) -> Option<Score> {
         let (model, base) = (self.model, &self.base.quadratic);
         let mut freed = model.again(self.problem).ok()?;
         for &k in unknowns {
@@ -318,6 +333,7 @@ impl<'a> Screen<'a> {
         let drop = rows + pull(model, &base.step) - pull(&freed, &step);
         let of = |&k: &usize| model.p[model.unknowns[k].position] + step[k];
         let strengths = unknowns.iter().map(of).collect();
-        Some(Score { strengths, stds: Vec::new(), drop, out: None, on_trust: false })
+        let (stds, moving, parameters) = (Vec::new(), Vec::new(), trial.parameters);
+        Some(Score { strengths, stds, moving, parameters, drop, out: None, on_trust: false })
     }
 }

@@ -102,7 +102,8 @@ pub(crate) fn with_lines(mut list: Vec<usize>, trials: &[Trial], scores: &[Optio
 fn best_by_label(trials: &[Trial], scores: &[Option<Score>], counts: impl Fn(&Score) -> bool) -> Vec<usize> {
     let drop = |k: usize| scores[k].as_ref().map_or(0.0, |s| s.drop);
     // Of starts of one effect those with more parameters must be worth them.
-    let worth = |k: usize| drop(k) - PARAMETER * trials[k].parameters as f64;
+    let count = |k: usize| scores[k].as_ref().map_or(0, |s| s.parameters);
+    let worth = |k: usize| drop(k) - PARAMETER * count(k) as f64;
     let mut best: Vec<usize> = Vec::new();
     for k in 0..trials.len() {
         if !scores[k].as_ref().is_some_and(|s| s.drop.is_finite() && s.drop >= LEAST_DROP && counts(s)) {
@@ -162,8 +163,15 @@ mod tests {
 
     #[test]
     fn what_promises_a_tenth_of_the_best_comes_first() {
-        let of =
-            |drop: f64| Score { strengths: vec![1.0], stds: Vec::new(), drop, out: None, on_trust: false };
+        let of = |drop: f64| Score {
+            strengths: vec![1.0],
+            stds: Vec::new(),
+            moving: Vec::new(),
+            parameters: 1,
+            drop,
+            out: None,
+            on_trust: false,
+        };
         let scores = [Some(of(100.0)), None, Some(of(9.0)), Some(of(10.0))];
         assert_eq!(first_of(&[0, 2, 3], &scores), (vec![0, 3], vec![2]));
         assert_eq!(first_of(&[], &scores), (Vec::new(), Vec::new()));

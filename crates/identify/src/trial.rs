@@ -27,7 +27,7 @@ pub(crate) struct Trial {
     pub card: &'static Card,
     pub place: Place,
     pub how: How,
-    /// New parameters that its refit would have.
+    /// New parameters that it would have if the log told all of them.
     pub parameters: usize,
     /// Which line of the residual's spectrum its start swings at.
     pub line: Option<usize>,
@@ -99,6 +99,15 @@ impl Trial {
             std.map_or(0.0, |std| 1.0 / (std * std))
         };
         strengths.iter().map(weight).collect()
+    }
+
+    /// Usual sizes of the strengths that are screened: of a body the robot's own mass, and what is known of the rest of it; beyond
+    /// any size where nothing is optional.
+    pub fn sizes(&self, robot: &Robot) -> Vec<f64> {
+        let weights = self.weights();
+        let of_strength = if self.has_optional() { robot.model.moving_mass() } else { f64::INFINITY };
+        let size = |weight: &f64| if *weight > 0.0 { 1.0 / weight.sqrt() } else { of_strength };
+        weights.iter().map(size).collect()
     }
 
     /// True if it has more to it than its strength.
@@ -181,13 +190,7 @@ impl Offer<'_> {
             .into_iter()
             .map(|start| {
                 let Start { spec, strengths, exact, line } = start;
-                let fitted = card.parameters.iter().filter(|p| is_fitted(p, &spec)).count();
-                let is_body = card.parameters.iter().any(|p| optional_std(p, &spec).is_some());
-                let parameters = if is_body && self.problem.robot.model.nv == 1 {
-                    fitted.min(OF_ONE_JOINT)
-                } else {
-                    fitted
-                };
+                let parameters = card.parameters.iter().filter(|p| is_fitted(p, &spec)).count();
                 Trial {
                     card,
                     place: place.clone(),
@@ -353,16 +356,15 @@ impl Offer<'_> {
     // The same effect with the first of what is optional of it zero and known to about its usual size, then with the second, too; none
     // if nothing is.
     fn with_optional(&self, card: &Card, spec: &EffectSpec) -> Vec<EffectSpec> {
-        let model = &self.problem.robot.model;
         let mut alike: Vec<&[Parameter]> = card.parameters.chunk_by(|a, b| a.key == b.key).collect();
         alike.retain(|parameters| parameters[0].role == Role::Optional);
-        let mass: f64 = model.joints.iter().map(|joint| joint.inertia.mass).sum();
+        let mass = self.problem.robot.model.moving_mass();
         let lever = usual_lever(self.problem.robot);
         let with = |spec: &mut EffectSpec, parameters: &[Parameter]| {
             let (Parameter { key, unit, .. }, count) = (&parameters[0], parameters.len());
             let usual = mass * if *unit == "kg·m" { lever } else { lever * lever };
-            spec.settings.push(((*key).to_owned(), Setting::Numbers(vec![0.0; count])));
-            spec.settings.push((format!("{key}_std"), Setting::Numbers(vec![usual; count])));
+            let zero = spec.clone().with_numbers(key, &vec![0.0; count]);
+            *spec = zero.with_numbers(&format!("{key}_std"), &vec![usual; count]);
             Some(spec.clone())
         };
         alike.into_iter().scan(spec.clone(), |spec, parameters| with(spec, parameters)).collect()
@@ -497,9 +499,6 @@ fn optional_std(parameter: &Parameter, spec: &EffectSpec) -> Option<f64> {
 fn is_fitted(parameter: &Parameter, spec: &EffectSpec) -> bool {
     !parameter.is_stated() || optional_std(parameter, spec).is_some()
 }
-
-// What a joint shows of a body by itself: two components of its first moment, one of its inertia.
-const OF_ONE_JOINT: usize = 3;
 
 // First moment of a load about the tool, as a lever of the mass of the robot; its square for inertias, m. A tool of which no more is
 // known than its link's own frame is as far from the load as the link reaches, twice as far as its centre of mass.

@@ -232,6 +232,12 @@ impl EffectSpec {
         self.settings.push((key.to_owned(), Setting::Number(value)));
         self
     }
+    /// The same with a list of numbers.
+    pub fn with_numbers(mut self, key: &str, values: &[f64]) -> Self {
+        self.settings.retain(|(k, _)| k != key);
+        self.settings.push((key.to_owned(), Setting::Numbers(values.to_vec())));
+        self
+    }
     /// The same with a word.
     pub fn said(mut self, key: &str, word: &str) -> Self {
         self.settings.retain(|(k, _)| k != key);

@@ -56,6 +56,11 @@ impl Model {
         self.links.iter().position(|l| l.name == name).map(LinkId)
     }
 
+    /// The mass of all that moves, kg.
+    pub fn moving_mass(&self) -> f64 {
+        self.joints.iter().map(|joint| joint.inertia.mass).sum()
+    }
+
     /// The degree of freedom of the joint called `name`, if it has exactly one of its own.
     pub fn dof(&self, name: &str) -> Option<usize> {
         let joint = &self.joints[self.joint(name)?.0];

@@ -1,7 +1,7 @@
 //! Sampled models against simulations.
 
 use sinew_linear::{discretize, linearize};
-use sinew_model::{EffectSpec, Place, Robot, Setting, Vector3, samples};
+use sinew_model::{EffectSpec, Place, Robot, Vector3, samples};
 use sinew_simulate::{Options, Start, Tolerance, Torques, simulate};
 
 use crate::robots::{planar_2r, plant};
@@ -19,9 +19,8 @@ fn linear_in_the_large() -> Robot {
     robot.effects.push(EffectSpec::new("actuator_delay", at()).with("time", 9e-3));
     robot.effects.push(EffectSpec::new("torque_constant_error", at()).with("scale_error", 0.05));
     robot.effects.push(EffectSpec::new("position_sensor_scale", at()).with("scale_error", -0.02));
-    let mut skew = EffectSpec::new("time_skew", at()).with("time", 5e-3);
-    skew.settings.push(("signal".to_owned(), Setting::Word("joint_position".to_owned())));
-    robot.effects.push(skew);
+    let skew = EffectSpec::new("time_skew", at()).with("time", 5e-3);
+    robot.effects.push(skew.said("signal", "joint_position"));
     robot
 }
 
@@ -89,9 +88,9 @@ fn what_cannot_be_sampled_is_refused() {
 #[test]
 fn a_drive_that_acts_at_another_joint_does_so_in_the_linear_model() {
     let mut robot = planar_2r();
-    let mut spec =
-        EffectSpec::new("joint_cross_coupling", Place::Joint("elbow".into())).with("coupling", 0.1);
-    spec.settings.push(("from".to_owned(), Setting::Word("shoulder".to_owned())));
+    let spec = EffectSpec::new("joint_cross_coupling", Place::Joint("elbow".into()))
+        .with("coupling", 0.1)
+        .said("from", "shoulder");
     let plain = plant(&robot);
     let own = linearize(&plain, &plain.parameters(), &[-1.2, 0.4]).unwrap();
     robot.effects.push(spec);

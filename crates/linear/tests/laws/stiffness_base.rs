@@ -69,7 +69,7 @@ fn the_base_carries_its_weight_and_stands_where_it_stood() {
     let p = plant.parameters();
     let unloaded = cartesian_stiffness(&plant, &p, &q, robot.tool).unwrap();
     // The springs under it are pressed by all that moves.
-    let mass: f64 = robot.model.joints.iter().map(|j| j.inertia.mass).sum();
+    let mass = robot.model.moving_mass();
     let pressed: f64 = (0..6).map(|k| unloaded.joint_stiffness[(2, k)] * unloaded.theta[k]).sum();
     assert!((pressed - 9.81 * mass).abs() < 1e-9 * pressed, "{pressed} {mass}");
     let load = Wrench::new(1.0, 0.0, 2.0, 10.0, 20.0, -30.0);
