@@ -7,7 +7,7 @@ use clap::Args;
 use serde::Serialize;
 use sinew_data::{Note, Quantity, Run, RunSpec, Severity, check_run, find_repeats};
 use sinew_effects::CATALOGUE;
-use sinew_identify::{Options, range_checks, readiness, strangers, torque_checks};
+use sinew_identify::{Options, range_checks, readiness, strangers, torque_checks, unlocated};
 use sinew_model::Robot;
 
 use crate::console::Console;
@@ -61,6 +61,7 @@ impl Check {
             all.extend(check_run(run));
         }
         all.extend(strangers(&file.robot, &runs));
+        all.extend(unlocated(&file.robot, &runs));
         let is_refused = all.iter().any(|n| n.severity == Severity::Error);
         let mut scope = None;
         if !runs.is_empty() && !is_refused {

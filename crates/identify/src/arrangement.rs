@@ -11,9 +11,10 @@ const LOOKED_AT: f64 = 10.0;
 const MOST_JOINTS: usize = 8;
 // The share of its torque that the model explains of every joint where nothing is looked for.
 const NEARLY_ALL: f64 = 0.9;
-// The same of every joint that is arranged, and what all joints gain together.
+// The same of every joint that is arranged, and what all joints gain together, or the share of what was unexplained that is left.
 const EXPLAINED: f64 = 0.7;
 const GAIN: f64 = 0.5;
+const LEFT: f64 = 0.2;
 
 /// How the torque of a joint follows the model's.
 pub(crate) struct Followed {
@@ -48,13 +49,14 @@ enum Arrangement {
     // The opposite sign: of the positions of a joint, of all its columns.
     PositionsTurned(usize),
     JointTurned(usize),
-    // Two in each other's place: their positions, all their columns.
+    // Two in each other's place: their positions, their torques, all their columns.
     PositionsExchanged(usize, usize),
+    TorquesExchanged(usize, usize),
     JointsExchanged(usize, usize),
 }
 
 /// What looks exchanged or turned about: the arrangement of the first seconds that explains most, if it explains much more than
-/// the columns as they are. `explained` as in [`Beginning::of`].
+/// the columns as they are, or nearly all of what they leave: friction makes much of a torque follow another joint's model. `explained` as in [`Beginning::of`].
 pub(crate) fn arrangement_notes(
     robot: &Robot,
     beginning: &Beginning,
@@ -71,7 +73,9 @@ pub(crate) fn arrangement_notes(
         let share = |dof: usize| after.iter().find(|f| f.dof == dof).map_or(0.0, |f| f.share);
         let fits = arrangement.joints().iter().all(|dof| share(*dof) > EXPLAINED);
         let gain = sum(&after) - sum(before);
-        (fits && gain > GAIN).then_some((arrangement, gain))
+        let was_left = joints.len() as f64 - sum(before);
+        let is_much = gain > GAIN || was_left - gain < LEFT * was_left;
+        (fits && is_much).then_some((arrangement, gain))
     });
     let best = tried.max_by(|a, b| a.1.total_cmp(&b.1));
     best.map(|(arrangement, _)| arrangement.note(robot, name)).into_iter().collect()
@@ -82,8 +86,10 @@ fn arrangements(joints: &[usize]) -> Vec<Arrangement> {
         .iter()
         .flat_map(|&joint| [Arrangement::PositionsTurned(joint), Arrangement::JointTurned(joint)]);
     let pairs = joints.iter().enumerate().flat_map(|(k, &a)| joints[k + 1..].iter().map(move |&b| (a, b)));
-    let exchanged =
-        pairs.flat_map(|(a, b)| [Arrangement::PositionsExchanged(a, b), Arrangement::JointsExchanged(a, b)]);
+    let exchanged = pairs.flat_map(|(a, b)| {
+        use Arrangement::{JointsExchanged, PositionsExchanged, TorquesExchanged};
+        [PositionsExchanged(a, b), TorquesExchanged(a, b), JointsExchanged(a, b)]
+    });
     alone.chain(exchanged).collect()
 }
 
@@ -91,19 +97,24 @@ impl Arrangement {
     fn joints(self) -> Vec<usize> {
         match self {
             Self::PositionsTurned(joint) | Self::JointTurned(joint) => vec![joint],
-            Self::PositionsExchanged(a, b) | Self::JointsExchanged(a, b) => vec![a, b],
+            Self::PositionsExchanged(a, b) | Self::TorquesExchanged(a, b) | Self::JointsExchanged(a, b) => {
+                vec![a, b]
+            }
         }
     }
 
     // The run arranged so; of two joints in each other's place what both have.
     fn of(self, robot: &Robot, run: &Run) -> Run {
         let is_position = |q: Quantity| matches!(q, Quantity::MotorPosition | Quantity::JointPosition);
+        let is_torque =
+            |q: Quantity| matches!(q, Quantity::MotorTorque | Quantity::MotorCurrent | Quantity::JointTorque);
         let name = |dof: usize| robot.model.dof_name(dof);
         let have = |q: Quantity| self.joints().iter().all(|&dof| run.signal(q, name(dof)).is_some());
         let mut arranged = run.clone();
         for signal in arranged.signals.iter_mut().filter(|s| s.quantity.is_of_joint()) {
             let takes = match self {
                 Self::PositionsTurned(_) | Self::PositionsExchanged(..) => is_position(signal.quantity),
+                Self::TorquesExchanged(..) => is_torque(signal.quantity),
                 Self::JointTurned(_) | Self::JointsExchanged(..) => signal.quantity != Quantity::Temperature,
             };
             match self {
@@ -112,7 +123,9 @@ impl Arrangement {
                         signal.values.iter_mut().for_each(|x| *x = -*x);
                     }
                 }
-                Self::PositionsExchanged(a, b) | Self::JointsExchanged(a, b) => {
+                Self::PositionsExchanged(a, b)
+                | Self::TorquesExchanged(a, b)
+                | Self::JointsExchanged(a, b) => {
                     let place = match &signal.place {
                         place if place == name(a) => name(b),
                         place if place == name(b) => name(a),
@@ -152,6 +165,14 @@ impl Arrangement {
                 ),
                 "exchange them in the columns map",
             ),
+            Self::TorquesExchanged(a, b) => (
+                format!(
+                    "the torques of \"{}\" and \"{}\" look exchanged: in each other's place, they fit the model",
+                    name(a),
+                    name(b)
+                ),
+                "exchange them in the columns map",
+            ),
             Self::JointsExchanged(a, b) => (
                 format!(
                     "the columns of \"{}\" and \"{}\" look exchanged: in each other's place, torques fit the model",
@@ -169,7 +190,7 @@ impl Arrangement {
 pub(crate) mod tests {
     use sinew_data::Signal;
     use sinew_effects::CATALOGUE;
-    use sinew_model::samples;
+    use sinew_model::{EffectSpec, Place, samples};
     use sinew_rigid::inverse_dynamics;
 
     use super::*;
@@ -218,6 +239,32 @@ pub(crate) mod tests {
             let notes = told(&arrangement.of(&robot, &run));
             assert!(notes.iter().any(|n| n.severity == Severity::Error), "{arrangement:?}: {notes:?}");
             assert!(notes.iter().any(|n| n.statement.contains(words)), "{arrangement:?}: {notes:?}");
+        }
+    }
+
+    // Friction, of which each torque has most, goes the same way in both.
+    #[test]
+    fn columns_are_exchanged_where_friction_makes_each_follow_the_other() {
+        let mut robot = Robot::rigid(samples::planar_arm(2, 4.0, 0.5));
+        let mut run = run(&robot);
+        let coulomb = 30.0;
+        for dof in 0..2 {
+            let joint = robot.model.dof_name(dof).to_owned();
+            let positions = run.signal(Quantity::MotorPosition, &joint).unwrap().values.clone();
+            let torque =
+                run.signals.iter_mut().find(|s| s.quantity == Quantity::MotorTorque && s.place == joint);
+            let forward = |k: usize| positions[(k + 1).min(positions.len() - 1)] > positions[k.max(1) - 1];
+            let friction = |k: usize| if forward(k) { coulomb } else { -coulomb };
+            torque.unwrap().values.iter_mut().enumerate().for_each(|(k, x)| *x += friction(k));
+            let spec = EffectSpec::new("coulomb_friction", Place::Joint(joint));
+            robot.effects.push(spec.with("coulomb", coulomb));
+        }
+        let told =
+            |run: &Run| torque_checks(&robot, &CATALOGUE, std::slice::from_ref(run), &Options::default());
+        assert_eq!(told(&run), []);
+        for arrangement in [Arrangement::JointsExchanged(0, 1), Arrangement::TorquesExchanged(0, 1)] {
+            let notes = told(&arrangement.of(&robot, &run));
+            assert!(notes.iter().any(|n| n.statement.contains("exchanged")), "{arrangement:?}: {notes:?}");
         }
     }
 

@@ -24,6 +24,8 @@ pub(crate) fn begun(
     runs: &[Run],
     options: &Options,
 ) -> Result<(Robot, Prepared, Vec<Finding>), IdentifyError> {
+    let unlocated = unlocated(robot, runs).into_iter().collect();
+    suspicions(unlocated, options)?;
     let mut unknown = suspicions(strangers(robot, runs).into_iter().collect(), options)?;
     unknown.iter_mut().for_each(|finding| finding.joint = unknown_joints(robot, runs).join(", "));
     let (robot, mut findings) = as_measured(robot, catalogue, runs);
@@ -142,8 +144,38 @@ fn suspicions(mut notes: Vec<Note>, options: &Options) -> Result<Vec<Finding>, I
     Ok(notes.into_iter().map(finding).collect())
 }
 
-/// Joints that runs name and the robot does not have: nothing of them is compared. An error if one looks like a joint of the robot
-/// that its run does not name: the same in another spelling.
+/// A joint whose torque varies in a run that does not tell where the joint is: an error, since it is not held at zero, as the others
+/// are of which a run has no position.
+pub fn unlocated(robot: &Robot, runs: &[Run]) -> Option<Note> {
+    let varies = |values: &[f64]| values.iter().any(|x| x.is_finite() && *x != values[0]);
+    let is_driven = |run: &Run, joint: &str| {
+        let torques = [Quantity::MotorTorque, Quantity::MotorCurrent, Quantity::JointTorque];
+        torques.iter().any(|q| run.signal(*q, joint).is_some_and(|signal| varies(&signal.values)))
+    };
+    let is_lost = |run: &Run, joint: &str| !is_located(run, joint) && is_driven(run, joint);
+    let names: Vec<&str> = (0..robot.model.nv).map(|dof| robot.model.dof_name(dof)).collect();
+    let of = |run: &Run| -> Vec<&str> {
+        let shows_others = names.iter().any(|joint| is_located(run, joint));
+        names.iter().copied().filter(|joint| shows_others && is_lost(run, joint)).collect()
+    };
+    let (run, joints) = runs.iter().map(|run| (run, of(run))).find(|(_, joints)| !joints.is_empty())?;
+    let joint = joints[0];
+    Some(Note {
+        severity: Severity::Error,
+        place: run.name.clone(),
+        statement: format!("a torque of {} varies, and no position tells where it is", listed(&joints)),
+        help: format!(
+            "log motor_position.{joint} or joint_position.{joint}; if it stands still, leave its torque out"
+        ),
+    })
+}
+
+fn is_located(run: &Run, joint: &str) -> bool {
+    [Quantity::MotorPosition, Quantity::JointPosition].iter().any(|q| run.signal(*q, joint).is_some())
+}
+
+/// Joints that runs name and the robot does not have: nothing of them is compared. An error if one may be a joint of the robot that
+/// its run does not name: the same in another spelling, or, if its position is logged, any that moves the tool.
 pub fn strangers(robot: &Robot, runs: &[Run]) -> Option<Note> {
     let names = unknown_joints(robot, runs);
     names.first()?;
@@ -154,6 +186,12 @@ pub fn strangers(robot: &Robot, runs: &[Run]) -> Option<Note> {
         let is_free = |name: &str, joint: &str| !joints.contains(&joint) && !differ_in_digits(name, joint);
         let meant = |name: &str| nearest(name, &known).filter(|joint| is_free(name, joint));
         names.iter().filter(|name| joints.contains(name)).find_map(|name| Some((*name, meant(name)?)))
+    };
+    let under_another_name = |run: &Run| {
+        let joints = run.joints();
+        let own = to_tool(robot).find(|joint| !joints.contains(joint))?;
+        let other = names.iter().find(|name| joints.contains(*name) && is_located(run, name))?;
+        Some((*other, own))
     };
     let statement = format!(
         "the runs name {}, which robot \"{}\" does not have: nothing of {} is compared",
@@ -166,11 +204,28 @@ pub fn strangers(robot: &Robot, runs: &[Run]) -> Option<Note> {
             Severity::Error,
             format!("write \"{joint}\" for \"{name}\" in the header of the run or in the columns map"),
         ),
-        None => (Severity::Warning, format!("its joints are {}", known.join(", "))),
+        None => match runs.iter().find_map(under_another_name) {
+            Some((name, joint)) => (
+                Severity::Error,
+                format!(
+                    "nothing is logged of \"{joint}\": if that is \"{name}\", write so in the header of the run or in the columns map; if it stood still, leave the columns of \"{name}\" out"
+                ),
+            ),
+            None => (Severity::Warning, format!("its joints are {}", known.join(", "))),
+        },
     };
     let has_one = |run: &&Run| run.joints().iter().any(|joint| names.contains(joint));
     let of: Vec<&str> = runs.iter().filter(has_one).map(|run| run.name.as_str()).collect();
     Some(Note { severity, place: of.join(", "), statement, help })
+}
+
+// The joints that move the tool.
+fn to_tool(robot: &Robot) -> impl Iterator<Item = &str> {
+    let joints = &robot.model.joints;
+    let last = robot.model.links[robot.tool.0].body;
+    let chain = std::iter::successors(last, |joint| joints[joint.0].parent);
+    let own = chain.filter(|joint| joints[joint.0].mimic.is_none() && joints[joint.0].kind.nv() == 1);
+    own.map(|joint| joints[joint.0].name.as_str())
 }
 
 // What runs name as joints and the robot does not have, each once.
@@ -310,6 +365,30 @@ mod tests {
             "{help}"
         );
         assert_eq!(told(&["joint_1", "joint_3"]).0, Severity::Warning);
+        // … unless it moves and nothing is known of one that moves the tool.
+        let mut moved = run("wrist");
+        moved.signals[0].quantity = Quantity::MotorPosition;
+        moved.signals.extend(run("joint_1").signals);
+        let note = strangers(&two, &[moved]).unwrap();
+        let asks = note.help.starts_with("nothing is logged of \"joint_2\": if that is \"wrist\"");
+        assert!(note.severity == Severity::Error && asks, "{note}");
+    }
+
+    #[test]
+    fn a_joint_that_is_driven_is_somewhere() {
+        let two = Robot::rigid(samples::planar_arm(2, 4.0, 0.5));
+        let signal =
+            |quantity, joint: &str, torque: f64| Signal::new(quantity, joint, vec![1.0, torque, 1.0]);
+        let told = |torque: f64| {
+            let signals = vec![
+                signal(Quantity::MotorPosition, "joint_1", 2.0),
+                signal(Quantity::MotorTorque, "joint_2", torque),
+            ];
+            unlocated(&two, &[Run::new("run".to_owned(), vec![0.0, 1.0, 2.0], signals).unwrap()])
+        };
+        assert_eq!(told(1.0), None);
+        let note = told(2.0).unwrap();
+        assert!(note.severity == Severity::Error && note.help.contains("motor_position.joint_2"), "{note}");
     }
 
     #[test]

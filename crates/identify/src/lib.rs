@@ -64,7 +64,7 @@ mod views;
 mod walk;
 mod waves;
 
-pub use before::{listed, readiness, strangers};
+pub use before::{listed, readiness, strangers, unlocated};
 pub use comparison::{Comparison, Known, RunError, SignalError, Trace, compare, compare_knowing};
 pub use diagnosis::{Accepted, CandidateReport, ChannelReport, Diagnosis, RivalReport, diagnose};
 pub use episode::NAME as EPISODE;

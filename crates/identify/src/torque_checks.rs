@@ -191,13 +191,15 @@ fn dead(robot: &Robot, torque: &Compared) -> Option<Note> {
     Some(suspicion(Severity::Error, format!("{}.{joint}", torque.channel.signal()), statement, help))
 }
 
-// The share of the model's torque about its mean that sign and size of the velocity explain.
+// The share of the model's torque about its mean that a friction of which the model knows nothing takes from a joint without a
+// drive: against sign and size of the velocity.
 fn by_friction(torque: &Compared) -> f64 {
     let velocity = &torque.velocity;
     let signs: Vec<f64> = velocity.iter().map(|v| v.signum()).collect();
-    let (slope, share) = regression(&torque.predicted, &signs);
+    let against = |y: &[f64], x: &[f64]| Some(regression(y, x)).filter(|(slope, _)| *slope < 0.0);
+    let (slope, share) = against(&torque.predicted, &signs).unwrap_or_default();
     let left: Vec<f64> = torque.predicted.iter().zip(&signs).map(|(p, s)| p - slope * s).collect();
-    share + (1.0 - share) * regression(&left, velocity).1
+    share + (1.0 - share) * against(&left, velocity).unwrap_or_default().1
 }
 
 fn followed(torque: &Compared) -> Followed {
